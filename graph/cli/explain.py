@@ -67,6 +67,9 @@ def as_text(told: Mapping[str, Any]) -> Iterator[str]:
     span = f"{shortest(told['duration_s'])} s" if counted == told["updates"] else f"the first {counted:,} updates"
     yield ""
     yield from _clocks(told["clocks"])
+    if told["physics"]:
+        yield ""
+        yield from _physics(told["physics"])
     if told["graphs"]:
         yield ""
         yield from _graphs(told["graphs"])
@@ -107,6 +110,18 @@ def _clocks(clocks: Mapping[str, Any]) -> Iterator[str]:
     if clocks["frames_later"]:
         rows.append(("frames", "are delivered in the update after the one that renders them"))
     yield from _aligned(rows)
+
+
+def _physics(physics: Mapping[str, Any]) -> Iterator[str]:
+    yield "physics"
+    bodies = "1 body" if physics["bodies"] == 1 else f"{physics['bodies']:,} bodies"
+    counts = [counted(physics[what], what) for what in ("joints", "drives") if physics.get(what)]
+    rows = [("engine", f"{physics['engine']}: {', '.join([bodies, *counts])}")]
+    if "integrator" in physics:
+        cones = f"{physics['cone']} cones, impratio {physics['impratio']:g}"
+        solver = f"{physics['solver']} of at most {physics['iterations']} iterations"
+        rows.append(("options", f"{physics['integrator']}, {solver}, {cones}"))
+    yield from _aligned([*rows, *(("error", line) for line in physics["advice"])])
 
 
 def _graphs(graphs: Sequence[Mapping[str, Any]]) -> Iterator[str]:

@@ -36,6 +36,7 @@ def explain(session: Session, file: str | Path) -> dict[str, Any]:
         "updates": updates,
         "counted_updates": min(updates, MOST_PLANNED_UPDATES),
         "clocks": clock_facts(app, steps) | {"substeps": seen.substeps},
+        "physics": None if app.physics is None else app.physics.facts(),
         "graphs": graph_facts(session.runner.graphs.values()),
         "sensors": sensors,
         "topics": topic_facts(session),

@@ -19,15 +19,19 @@ GROUND = {"/Ground": {"type": "Plane"}}
 
 Knobs = Mapping[str, Any]
 
+WIDE = tuple(30 * 2**power for power in range(10))
+NARROW = (60, 90, 120, 180, 240, 360, 480, 720, 960, 1440)
+CROWDED = (30, 40, 60, 80, 100, 120, 150, 180, 200, 240)
+"""Ten physics rates [Hz]: from 30 to 15,360, for scenes that take longer, and for hundreds of bodies."""
+
 
 @dataclass(frozen=True)
 class Case:
     """A scene with a known answer.
 
-    error: by physics steps per second and knobs, how far the scene's physics is from it [unit]. orders: by integrator,
-    the power of the step that the error follows in theory; the others are not smooth, or exact. bound: of the error at
-    `hz` with the defaults. knobs: what the case needs beside the defaults. slowest, fastest: the rates between which
-    the study measures it.
+    error: by physics steps per second and knobs, how far the scene's physics is from it [unit]. bound: of the error at
+    `hz` with the defaults. orders: by integrator, the power of the step that the error follows in theory; the others
+    are not smooth, or exact. rates: those of the study [Hz]. floor: errors below it are not those of the step.
     """
 
     name: str
@@ -37,8 +41,8 @@ class Case:
     bound: float
     hz: int = 240
     orders: Mapping[str, int] = field(default_factory=dict)
-    slowest: int = 30
-    fastest: int = 15360
+    rates: tuple[int, ...] = WIDE
+    floor: float = 1e-11
 
 
 def first_order(rk4: int | None = 4) -> dict[str, int]:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Any
 
 import numpy as np
 
 from graph.sim.transforms import Floats
 
-from .case import NO_GRAVITY, Case, G, Knobs, first_order, world
+from .case import NARROW, NO_GRAVITY, Case, G, Knobs, first_order, world
 from .contacts import slope
 from .free_bodies import body, jacobi
 
@@ -54,6 +55,7 @@ def double_pendulum(hz: int, knobs: Knobs) -> float:
     return abs(math.remainder(hanging(two - 2 * one) - two_bars(0.5)[1], 2 * math.pi))
 
 
+@cache
 def two_bars(time: float, steps: int = 4000) -> Floats:
     """(2,) absolute angles of two equal bars let go at 90 degrees, by the classical Runge-Kutta method."""
 
@@ -133,5 +135,5 @@ CASES = (
     Case("pendulum", "sin(x / 2) = k cd(w t)", "rad", pendulum, 0.006, orders=first_order()),
     Case("double pendulum", "a converged solution", "rad", double_pendulum, 0.015, orders=first_order()),
     Case("spring drive", "step answer", "", spring, 0.04, orders=first_order()),
-    Case("robot on wheels", "(w - m g sin r / 4 c) r up 10 degrees", "", climbing, 0.001, slowest=60, fastest=1920),
+    Case("robot on wheels", "(w - m g sin r / 4 c) r up 10 degrees", "", climbing, 0.001, rates=NARROW),
 )

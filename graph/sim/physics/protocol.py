@@ -109,6 +109,10 @@ class PhysicsEngine(Protocol):
     taken: int
     """Steps done by the last call of `step`."""
 
+    def facts(self) -> dict[str, Any]:
+        """Plain data about the engine for `graph explain`: counts, options, `advice` (lines about its accuracy)."""
+        return {"engine": self.name, "bodies": len(self.body_paths), "joints": len(self.joints), "advice": []}
+
     # -- stepping ----------------------------------------------------------------------------------------------------
 
     def step(self, count: int = 1) -> None:

@@ -47,6 +47,11 @@ clocks
   physics   240 Hz, 4 steps an update
   substeps  4 4 4 4 4 4 4 4 4 4 4 4  in updates 0 to 11
 
+physics
+  engine   mujoco: 1 body
+  options  implicitfast, newton of at most 100 iterations, elliptic cones, impratio 10
+  error    what falls or swings is ahead by half a step: a falling body by 20.4 mm after 1 s
+
 graphs
   /World/G  execution, simulation: 3 nodes, 3 connections
     chain  longest, 3 nodes: tick -> product -> cloud

@@ -111,6 +111,12 @@ class MujocoEngine(PhysicsEngine):
         if leaving is not None and kept is not None:
             leaving.arrive(self, kept)
 
+    def facts(self) -> dict[str, Any]:
+        """Its options and what follows from them, see `PhysicsEngine.facts`."""
+        from .advice import facts
+
+        return facts(self)
+
     # -- stepping ----------------------------------------------------------------------------------------------------
 
     def step(self, count: int = 1) -> None:

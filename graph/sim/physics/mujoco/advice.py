@@ -1,0 +1,115 @@
+"""What to expect of a playing world's accuracy: its options, the errors that follow from them, and better settings.
+
+The laws are those that `tests/stability` measures.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graph.sim.physics.solver import CHOICES
+
+from .library import mujoco
+from .step_size import RK4, holds
+
+if TYPE_CHECKING:
+    from .engine import MujocoEngine
+
+_ENUMS = {"integrator": "Integrator", "solver": "Solver", "cone": "Cone"}
+
+TILTED = math.radians(3)
+"""A contact steeper than this is one with a slope."""
+
+SHOWN_CREEP = 1e-5
+"""Creep [m/s] that is worth a line."""
+
+
+def facts(engine: MujocoEngine) -> dict[str, Any]:
+    """Counts and options of a world, as `PhysicsEngine.facts` says."""
+    option = engine.model.opt
+    chosen = {name: _word(name, int(getattr(option, name))) for name in _ENUMS}
+    return {
+        "engine": engine.name,
+        "bodies": len(engine.body_paths),
+        "joints": len(engine.joints),
+        "drives": len(engine.drives.joints),
+        **chosen,
+        "iterations": int(option.iterations),
+        "impratio": float(option.impratio),
+        "advice": [*_advice(engine)],
+    }
+
+
+def _word(name: str, value: int) -> str:
+    kinds = getattr(mujoco, f"mjt{_ENUMS[name]}")
+    return next(word for word, constant in CHOICES[name].items() if int(getattr(kinds, constant)) == value)
+
+
+def _advice(engine: MujocoEngine) -> Iterator[str]:
+    yield from _of_motion(engine)
+    yield from _of_drives(engine)
+    yield from _of_contacts(engine)
+
+
+def _of_motion(engine: MujocoEngine) -> Iterator[str]:
+    model, dt = engine.model, float(engine.dt)
+    if model.opt.integrator == RK4 or not model.nv:
+        return
+    ahead = float(np.linalg.norm(engine.gravity)) * dt / 2 * 1000
+    line = f"what falls or swings is ahead by half a step: a falling body by {ahead:.3g} mm after 1 s"
+    collides = (model.geom_contype | model.geom_conaffinity).any()
+    yield line if collides else f"{line}; nothing collides, so physics.integrator=rk4 is exact at 2 to 4 times the cost"
+
+
+def _of_drives(engine: MujocoEngine) -> Iterator[str]:
+    drives, dt = engine.drives, float(engine.dt)
+    if engine.model.opt.integrator == RK4 or not drives.joints:
+        return
+    gains = [*zip(*drives.gains_per_inertia, strict=True)]
+    rates = [math.sqrt(stiffness) for stiffness, _ in gains]
+    worst = max((number for number, rate in enumerate(rates) if rate * dt < 1), key=lambda n: rates[n], default=None)
+    if worst is None or rates[worst] * dt < 0.01:
+        return
+    line = f"{drives.joints[worst].path}: its spring answers a step with an error of {0.9 * rates[worst] * dt:.0%}"
+    if all(holds(RK4, dt, stiffness=stiffness, damping=damping) for stiffness, damping in gains):
+        yield f"{line}; physics.integrator=rk4 takes that away where nothing touches, at 2 to 4 times the cost"
+    else:
+        yield f"{line}; it is proportional to the step: raise physics.hz"
+
+
+def _of_contacts(engine: MujocoEngine) -> Iterator[str]:
+    option, data = engine.model.opt, engine.data
+    if option.cone != mujoco.mjtCone.mjCONE_ELLIPTIC:
+        if data.ncon:
+            yield "pyramidal cones: bodies slide farther along diagonals, up to 1.4 times; physics.cone=elliptic"
+        return
+    down = engine.gravity
+    strength = float(np.linalg.norm(down))
+    if not data.ncon or not strength:
+        return
+    contact = data.contact
+    normals = contact.frame[:, :3]
+    sine = np.linalg.norm(np.cross(normals, down / strength), axis=1)
+    friction = contact.friction[:, 0]
+    rests = (contact.efc_address >= 0) & (sine > math.sin(TILTED)) & (sine < friction / np.hypot(1, friction))
+    if not rests.any():
+        return
+    geoms = contact.geom
+    steepest = int(np.flatnonzero(rests)[np.argmax(sine[rests])])
+    together = int((rests & (geoms == geoms[steepest]).all(axis=1)).sum())
+    impedance = float(contact.solimp[steepest, 0])
+    time = max(float(contact.solref[steepest, 0]), 2 * float(option.timestep))
+    speed = (1 / impedance - 1) * strength * float(sine[steepest]) * time / 2 / float(option.impratio) / together
+    if speed > SHOWN_CREEP:
+        sides = [
+            collider for collider, body in (engine.colliders[geom] for geom in geoms[steepest] if geom >= 0) if body
+        ]
+        angle = math.degrees(math.asin(sine[steepest]))
+        yield (
+            f"{sides[0] if sides else 'a deformable'}: on a slope of {angle:.0f} degrees it creeps about "
+            f"{speed * 1000:.2g} mm/s; in proportion to 1 / physics.impratio and to physics.contact_softness"
+        )
