@@ -111,6 +111,16 @@ class Fidelity(PhysicsKnobs):
             limit="camera.rays",
         ),
     ] = 1
+    camera_noise: Annotated[
+        bool,
+        Knob(
+            "seeded shot and read noise of colour pictures, by the tickgraph:noise: attributes of the camera",
+            cost="on: three random numbers a pixel",
+            error="off: exact colours",
+            why="as lidar.noise: exact unless asked for",
+            read_by="sensors.camera.runtime",
+        ),
+    ] = False
     mesh_tolerance: Annotated[
         float,
         Knob(

@@ -48,6 +48,8 @@ NODE_ERRORS_STOP = "/tickgraph/nodeErrorsStop"
 ID_MAP_EXTENSION = "/tickgraph/idMapExtension"
 RADAR_IGNORES_TICK_RATE = "/tickgraph/radarIgnoresTickRate"
 RADAR_NEEDS_MOTION_BVH = "/tickgraph/radarNeedsMotionBvh"
+CAMERA_TONE = "/tickgraph/cameraTone"
+TONE_LINEAR, TONE_ACES = "linear", "aces"
 MOTION_BVH = "/renderer/raytracingMotion/enabled"
 
 DEFAULTS: dict[str, Any] = {
@@ -94,6 +96,7 @@ DEFAULTS: dict[str, Any] = {
     ID_MAP_EXTENSION: True,
     RADAR_IGNORES_TICK_RATE: False,
     RADAR_NEEDS_MOTION_BVH: False,
+    CAMERA_TONE: TONE_LINEAR,
 }
 """Values of the `documented` profile (`graph.sim.timing.parity` has the other one).
 
@@ -111,7 +114,10 @@ KNOWN = (
 
 _RATES = {RATE_LIMIT_FREQUENCY, TARGET_FRAMERATE, TIME_CODES_PER_SECOND}
 _NOT_NEGATIVE = {BARE_LIDAR_TICK_RATE, PLAY_DELAY}
-_CHOICES = {LIDAR_HEADER: (HEADER_FRAME, HEADER_SCAN_START, HEADER_UPDATE)}
+_CHOICES = {
+    LIDAR_HEADER: (HEADER_FRAME, HEADER_SCAN_START, HEADER_UPDATE),
+    CAMERA_TONE: (TONE_LINEAR, TONE_ACES),
+}
 _COUNTS = {MIN_FRAME_RATE, RAY_THREADS, WARM_UP_STEPS, TICKS_PER_FRAME}
 _TRUTH = {"true": True, "false": False, "1": True, "0": False, "on": True, "off": False, "yes": True, "no": False}
 

@@ -12,6 +12,7 @@ from graph.base.errors import UserError
 
 from .lens import Lens, ParallelLens
 from .lens_models import distorting_lens
+from .noise import ImageNoise, read_noise
 from .shutter import RollingShutter, read_shutter
 
 if TYPE_CHECKING:
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 
 TIME, F_STOP = 0.02, 5.0
 """Exposure time [s] and stop of a camera that authors none: those that RTX works with, not those of the schema."""
+
+NO_ATTRIBUTES = ImageNoise()
 
 TENTH = 0.1
 """Focal length and apertures are in tenths of a stage unit."""
@@ -31,6 +34,7 @@ class CameraConfig:
     lens: at that size. near, far: distances from the image plane [m] that it shows. The other numbers are those of the
     prim, in its units: focal length, apertures (width, height) and their offsets in tenths of a stage unit,
     focus_distance in stage units. exposure: what linear light is multiplied with. shutter: None exposes all at once.
+    noise: what `camera.noise` makes of colours.
     """
 
     lens: Lens
@@ -44,6 +48,7 @@ class CameraConfig:
     clipping: tuple[float, float]
     exposure: float = 1.0
     shutter: RollingShutter | None = None
+    noise: ImageNoise = NO_ATTRIBUTES
 
     @property
     def size(self) -> tuple[int, int]:
@@ -86,6 +91,7 @@ def _read(prim: Usd.Prim, size: tuple[int, int], meters_per_unit: float) -> Came
         (near, far),
         _exposure(attributes),
         read_shutter(prim),
+        read_noise(prim),
     )
 
 

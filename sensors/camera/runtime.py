@@ -9,6 +9,7 @@ import numpy as np
 
 from graph.base.limits import check
 from graph.sim.renderer.schedule import Tick
+from graph.sim.settings import CAMERA_TONE, TONE_ACES
 from sensors.raycast.shared import cast_world
 from sensors.runtime import Measurement, SensorRuntime
 
@@ -21,7 +22,7 @@ from .motion import Instant, motion_vectors
 from .names import PRIM_TYPE
 from .picture import Pictures, looks_of
 from .rays import CameraRays
-from .shading import srgb
+from .shading import aces_curve, srgb
 from .smooth import smooth_surfaces, smoothen
 from .view import View, look
 
@@ -134,7 +135,11 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
         if HDR in self.channels():
             found.append((HDR, np.clip(light, 0, MOST_HALF).astype(np.float16)))
         if RGB in self.channels():
-            found.append((RGB, srgb(light * np.float32(self.config.exposure))))
+            signal = light * np.float32(self.config.exposure)
+            if self._app.fidelity.camera_noise:
+                signal = self.config.noise.applied(signal, self._app.seed, self.path, self._frames)
+            aces = self._app.settings.get(CAMERA_TONE) == TONE_ACES
+            found.append((RGB, srgb(aces_curve(signal) if aces else signal)))
         return found
 
     def _motion(self, view: View, tick: Tick) -> np.ndarray:

@@ -12,6 +12,7 @@ from sensors.sensor_types import SensorType, register_sensor_type
 from .annotators import ANNOTATORS
 from .channels import CHANNELS
 from .names import MODALITY, PRIM_TYPE
+from .noise import ATTRIBUTES
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -73,6 +74,7 @@ register_sensor_type(
         modality=MODALITY,
         channels=CHANNELS,
         annotators=ANNOTATORS,
+        attributes=ATTRIBUTES,
         check=_check,
         author=_author,
         facts=_facts,

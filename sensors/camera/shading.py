@@ -19,6 +19,9 @@ from .view import View
 CHUNK = 1 << 16
 """Pixels that are worked on at a time."""
 
+BEYOND_WHITE = 1e6
+"""Light beyond which the tone curve keeps still."""
+
 SHADE_LEVELS = 1 << 18
 """Steps of the table from light to sRGB: the darkest step of an image has more than ten."""
 
@@ -69,6 +72,12 @@ def _blocked(light: Light, points: np.ndarray, shadows: Shadows, origin: np.ndar
     ways = np.empty(points.T.shape, np.float32)
     ways[:] = light.place if light.far else light.place - points.T
     return shadows.blocked(origin, np.ascontiguousarray(points.T), ways, state, far=light.far)
+
+
+def aces_curve(light: np.ndarray) -> np.ndarray:
+    """Linear light bent from its darks to its highlights, 0 to 1: Narkowicz's fit to the ACES reference (2015)."""
+    x = np.clip(np.nan_to_num(light), np.float32(0), np.float32(BEYOND_WHITE))
+    return np.asarray(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), np.float32)
 
 
 def srgb(light: np.ndarray) -> np.ndarray:

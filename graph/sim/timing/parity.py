@@ -110,6 +110,11 @@ DIFFERENCES: tuple[Difference, ...] = (
         "a radar can be created at any time, or raises a RuntimeError while /renderer/raytracingMotion/enabled is off",
     ),
     Difference(
+        keys.CAMERA_TONE,
+        keys.TONE_ACES,
+        "colours of pictures are proportional to light up to white, or bent by an approximation of the ACES curve",
+    ),
+    Difference(
         keys.ID_MAP_EXTENSION,
         False,
         "StableIdMap buffers hold ids without an entry too, for resolve_all, or not",

@@ -464,6 +464,22 @@ def test_row_motion_bvh_of_a_radar(parity, settings, value):
         assert Radar("/World/Radar", app=app).paths == ["/World/Radar"]
 
 
+@both(keys.CAMERA_TONE)
+def test_row_tone_of_pictures(parity, settings, value):
+    """A dome of 1250 nit is 1 at 0.02 s and f/5: white, or 2.54 / 3.16 = 0.8038, of sRGB 232 (231.6)."""
+    from pxr import UsdGeom, UsdLux
+
+    from sensors.replicator import get_annotator, render_product
+
+    with App(parity=parity, settings={keys.FRAMES_LATER: False, **settings}) as app:
+        UsdGeom.Camera.Define(app.stage, "/World/Camera")
+        UsdLux.DomeLight.Define(app.stage, "/World/Sky").CreateIntensityAttr(1250.0)
+        found = get_annotator("rgb", app=app).attach(render_product(app, "/World/Camera", (2, 2)))
+        app.play()
+        app.update()
+        assert found.get_data()[0, 0].tolist() == ([232] * 3 if value == keys.TONE_ACES else [255] * 3) + [255]
+
+
 @both(keys.ID_MAP_EXTENSION)
 def test_row_ids_without_a_map_entry(tmp_path, parity, settings, value):
     from pxr import UsdGeom
