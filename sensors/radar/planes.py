@@ -19,8 +19,14 @@ NO_PLANE = -1
 SMOOTH = np.cos(np.deg2rad(40.0))
 """Cosine of the angle between two neighbouring faces up to which they stand for one curved surface."""
 
+STRAIGHT = 1e-3
+"""Turn to the neighbours [rad] up to which a curved surface is straight along a direction."""
+
 FLAT = 1.0 - 1e-8
 """Cosine from which on two faces are one plane."""
+
+POLE = 8
+"""More faces than these around a vertex make it a pole."""
 
 SPREAD = 1.0 / 8.0
 """Share of the squared angles to the neighbours that a face's normals are spread by: the lobes of faces at equal steps
@@ -155,11 +161,39 @@ def _turns(
     smooth = (cosine > SMOOTH) & (cosine < FLAT)
     one, two = one[smooth], two[smooth]
     turn = normal[two] - normal[one]
-    squared = np.einsum("ei,ej->eij", turn, turn).reshape(-1, 9)
+    squared = turn[:, :, None] * turn[:, None]
+    polar, around = _around_poles(welded[triangles], plane, normal)
+    squared, of = np.concatenate((squared, squared, around)).reshape(-1, 9), np.concatenate((one, two, polar))
     count = len(normal)
-    both = np.concatenate((one, two))
-    total = np.stack([np.bincount(both, np.tile(column, 2), count) for column in squared.T], 1)
-    return total.reshape(count, 3, 3), np.bincount(both, minlength=count)
+    total = np.stack([np.bincount(of, column, count) for column in squared.T], 1)
+    return total.reshape(count, 3, 3), np.bincount(of, minlength=count)
+
+
+def _around_poles(corners: np.ndarray, plane: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Planes (k,) that meet many others in one vertex, as at a sphere's pole, and (k, 3, 3) the mean square of their
+    turns to those: there a plane has no neighbour across an edge.
+
+    corners: (m, 3) vertices of the triangles; plane: (m,) of each.
+    """
+    count = len(normal)
+    vertex, of = np.divmod(np.unique(corners.astype(np.int64).ravel() * count + np.repeat(plane, 3)), count)
+    _, vertex, number = np.unique(vertex, return_inverse=True, return_counts=True)
+    many = np.flatnonzero(number[vertex] > POLE)
+    poles, vertex = np.unique(vertex[many], return_inverse=True)
+    of, number = of[many], number[poles]
+
+    def mean(values: np.ndarray) -> np.ndarray:
+        flat = values.reshape(len(values), int(np.prod(values.shape[1:])))
+        columns = [np.bincount(vertex, column, len(poles)) / number for column in flat.T]
+        return np.stack(columns, 1).reshape(len(poles), *values.shape[1:])
+
+    own = normal[of]
+    middle, square = mean(own)[vertex], mean(own[:, :, None] * own[:, None])[vertex]
+    across = 2.0 * (own * middle).sum(axis=1) ** 2 / np.maximum((middle**2).sum(axis=1), 1e-300) - 1.0
+    mixed = own[:, :, None] * middle[:, None]
+    turns = square - mixed - np.swapaxes(mixed, 1, 2) + own[:, :, None] * own[:, None]
+    smooth = np.flatnonzero(across > SMOOTH)
+    return of[smooth], turns[smooth]
 
 
 class WorldPlanes:
@@ -190,6 +224,7 @@ class WorldPlanes:
         self.normal, self.offset = self._normal.copy(), self._offset.copy()
         self.middle, self.axes = self._middle.copy(), self._axes.copy()
         self._poses: np.ndarray = np.zeros((0, 4, 4))
+        self._lobes: dict[float, np.ndarray] = {}
         self._numbers: tuple[np.ndarray, np.ndarray] | None = None
 
     @property
@@ -205,6 +240,24 @@ class WorldPlanes:
     def bodies(self) -> np.ndarray:
         """The poses (b, 4, 4) of the bodies that the planes are placed for."""
         return self._poses
+
+    def lobes(self, wavelength: float) -> np.ndarray:
+        """(p, 2, 2) covariances [rad^2] of the lobes of curved faces, in their axes: the spread of the normals, and
+        diffraction at the face's size; 0 of other faces.
+
+        Where a face is so small that it and its neighbours are one to the wave, of size e and turn t with e t below
+        wavelength / 2, sqrt(wavelength / (2 e t)) of them make up a Fresnel zone and diffract together.
+        """
+        if wavelength not in self._lobes:
+            found = np.zeros((len(self.curved), 2, 2))
+            rows = np.flatnonzero(self.curved)
+            alone = wavelength**2 / (96.0 * np.pi) * np.linalg.inv(self.extent[rows] + 1e-12 * np.eye(2))
+            wide, axes = np.linalg.eigh(alone)
+            turned = np.einsum("pia,pij,pja->pa", axes, self.spread[rows], axes) / (2.0 * SPREAD)
+            wide = np.where(turned > STRAIGHT**2, np.minimum(wide, np.sqrt(wide * turned)), wide)
+            found[rows] = self.spread[rows] + np.einsum("pia,pa,pja->pij", axes, wide, axes)
+            self._lobes[wavelength] = found
+        return self._lobes[wavelength]
 
     def at(self, poses: np.ndarray) -> WorldPlanes:
         """Places them for bodies at poses (b, 4, 4) float64 [m]."""

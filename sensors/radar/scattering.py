@@ -123,9 +123,8 @@ def curved(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
         return
     row, antenna, plane = met.waves.row, setting.antenna, met.plane
     across = np.einsum("pai,ip->pa", planes.axes[plane], _middle_ways(setting, met))
-    wave = antenna.wavelength**2 / (96.0 * np.pi) * np.linalg.inv(planes.extent[plane] + 1e-12 * np.eye(2))
     tube = tubes.width[row] * tubes.height[row] / 12.0
-    spread = planes.spread[plane] + wave + tube[:, None, None] * np.eye(2)
+    spread = planes.lobes(antenna.wavelength)[plane] + tube[:, None, None] * np.eye(2)
     inverse = np.linalg.inv(spread)
     lobe = np.exp(-0.5 * np.einsum("pa,pab,pb->p", across, inverse, across)) * np.sqrt(np.linalg.det(inverse))
     left = np.abs(met.waves.left(setting.reflections.coherent(met.table))) ** 2

@@ -48,7 +48,7 @@ def test_nothing_moves_in_a_world_that_stands_still():
 
 
 @pytest.mark.parametrize(
-    ("azimuth", "expected"), [(0.0, -10.0), (60.0, -5.0), (-40.0, -10 * math.cos(math.radians(40)))]
+    ("azimuth", "expected"), [(0.0, -10.0), (60.0, -5.0), (70.0, -10 * math.cos(math.radians(70))), (-40.0, -7.66)]
 )
 def test_a_radar_that_drives_sees_what_stands_come_by_the_cosine(azimuth, expected):
     """10 m/s along x: -10 cos(azimuth) of a static ball in 20 m; a cell has 0.147 m/s, the value lies inside it."""
@@ -79,6 +79,40 @@ def test_a_radar_on_an_arm_moves_as_the_arm_turns():
         app.update()
         _, velocity, _ = strongest(product)
     assert velocity == pytest.approx(2.0, abs=0.01)
+
+
+def test_a_target_on_a_turning_arm_moves_with_it():
+    """2 rad/s about z, 1.5 m to the left of the axis: it comes nearer at 3 m/s. After a step of 1/60 s the arm is
+    1/30 rad further: the ball's middle is at 20 - 1.5 sin, 1.5 cos, and its velocity of 3 m/s lies across the arm."""
+    arm = {
+        "type": "Cube",
+        "size": 0.02,
+        "rigid_body": True,
+        "translate": [20, 0, 0],
+        "angular_velocity": [0, 0, 114.59156],
+    }
+    ball = {"type": "Sphere", "radius": 0.2, "translate": [0, 1.5, 0]}
+    with radar_world({"/World/Arm": arm, "/World/Arm/Ball": ball}) as (app, product):
+        app.update()
+        pose = app.fabric.rigid_matrices(("/World/Arm",))[0]
+        linear, angular = np.split(app.fabric.velocities(("/World/Arm",))[0], 2)
+        lever = pose[:3, :3] @ [0, 1.5, 0]
+        middle = pose[:3, 3] + lever
+        towards = middle / np.linalg.norm(middle)
+        _, velocity, _ = strongest(product)
+    assert np.linalg.norm(angular) == pytest.approx(2.0, rel=0.01)
+    assert velocity == pytest.approx((linear + np.cross(angular, lever)) @ towards, abs=0.02)
+
+
+@pytest.mark.parametrize("speed", [0.3, 7.0, -31.4])
+def test_velocities_of_cells_are_their_middles(speed):
+    """Cells of 100 / 681 m/s begin at -50: the middle is -50 + (floor((v + 50) / w) + 0.5) w."""
+    ball = {"/World/Ball": {**BALL, "translate": [20, 0, 0], "velocity": [speed, 0, 0]}}
+    with radar_world(ball, {f"{SCAN}detValFromBinIdx": True}) as (app, product):
+        app.update()
+        _, velocity, _ = strongest(product)
+    width = 100 / math.ceil(100 / 0.147)
+    assert velocity == pytest.approx(-50 + (math.floor((speed + 50) / width) + 0.5) * width, abs=1e-4)
 
 
 @pytest.mark.parametrize(("cycle", "limit", "seen"), [(0, 50.0, 40.0), (1, 55.0, 50.0), (2, 65.0, -60.0)])
