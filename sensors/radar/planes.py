@@ -6,7 +6,6 @@ float64, since float32 hits are off by more than the phase of a millimetre wave 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,13 +31,6 @@ SPREAD = 1.0 / 8.0
 """Share of the squared angles to the neighbours that a face's normals are spread by: the lobes of faces at equal steps
 then add up to a curve without ripple (below 0.1 dB along one axis)."""
 
-ALIKE = 2e-3
-"""How far apart the normals of a hit and of its face may be: single precision of a small triangle that is far away."""
-
-MOST_ALIKE = 256
-"""Faces with nearly one normal that are looked at."""
-
-_AXIS = np.array([0.267261, 0.534522, 0.801784])
 _HASH = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9, 0x27D4EB2F165667C5], np.uint64)
 
 
@@ -60,26 +52,6 @@ class Faces:
     curved: np.ndarray
     spread: np.ndarray
     extent: np.ndarray
-
-    def nearest(self, normals: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """The plane (k,) on which points (k, 3) [m] with about these normals lie; `NO_PLANE` where none is like them.
-
-        Those with nearly the normal are found along one axis, by sorting.
-        """
-        along = self.normal @ _AXIS
-        order = np.argsort(along)
-        place = normals @ _AXIS
-        low, high = (np.searchsorted(along[order], place + side) for side in (-ALIKE, ALIKE))
-        best, misfit = np.full(len(normals), NO_PLANE), np.full(len(normals), np.inf)
-        for step in range(min(int((high - low).max(initial=0)), MOST_ALIKE)):
-            row = np.flatnonzero(low + step < high)
-            plane = order[low[row] + step]
-            turn = np.einsum("ij,ij->i", normals[row], self.normal[plane])
-            away = np.einsum("ij,ij->i", points[row], self.normal[plane]) - self.offset[plane]
-            off = np.abs(away) + 10.0 * (1.0 - turn)
-            better = off < misfit[row]
-            best[row[better]], misfit[row[better]] = plane[better], off[better]
-        return best
 
 
 def faces_of(vertices: np.ndarray, triangles: np.ndarray) -> Faces:
@@ -209,6 +181,9 @@ class WorldPlanes:
         counts = [len(each.normal) for each in faces]
         self._first = np.cumsum([0, *counts])
         self._faces = faces
+        self._triangles = np.cumsum([0, *(len(each.of_triangle) for each in faces)])
+        of_triangle = [first + each.of_triangle for first, each in zip(self._first, faces, strict=False)]
+        self._of_triangle = np.concatenate(of_triangle or [np.zeros(0)]).astype(np.int64)
         self.surface = np.repeat(np.arange(len(faces), dtype=np.int32), counts)
         self._normal, self._offset, self._middle, self._axes = (
             np.concatenate([getattr(each, name) for each in faces] or [np.zeros(shape)])
@@ -272,23 +247,21 @@ class WorldPlanes:
             self.offset[rows] = self._offset[rows] + np.einsum("pi,pi->p", self.normal[rows], pose[:, :3, 3])
         return self
 
-    def of_hits(self, hits: Hits, rows: np.ndarray, points: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
-        """The plane of each of the hits `rows` (k,), (k,) int64; `NO_PLANE` where none is known (what deforms).
+    @property
+    def by_spots(self) -> bool:
+        """Whether hits need their spots, to tell the planes of meshes that move."""
+        return bool(len(self._moving)) or bool(self._world.deforming.any())
 
-        points: gives where some of them (m,) are in the world, (m, 3) float64 [m].
-        """
-        table = self._table(hits)
-        found = np.asarray(np.take(table, hits.number[rows], mode="clip"))
+    def of_hits(self, hits: Hits, rows: np.ndarray) -> np.ndarray:
+        """The plane of each of the hits `rows` (k,), (k,) int64; `NO_PLANE` where none is known (what deforms)."""
+        found = np.take(self._table(hits), hits.number[rows], mode="clip")
         unknown = np.flatnonzero(found == NO_PLANE)
-        if len(unknown):
-            assert hits.normals is not None
-            surface = hits.surfaces(rows[unknown])
-            for number in np.unique(surface).tolist():
-                body = int(self._world.body_of[number])
-                if body >= 0 and self._world.surfaces[number].source not in self._world.soft:
-                    some = unknown[surface == number]
-                    found[some] = self._matched(number, body, hits.normals[rows[some]], points(some))
-        return found
+        if len(unknown) and hits.spots is not None:
+            surface, triangle = hits.surfaces(rows[unknown]), hits.spots.triangle[rows[unknown]]
+            rigid = np.flatnonzero((self._world.body_of[surface] >= 0) & ~self._world.deforming[surface])
+            place = self._triangles[surface[rigid]] + triangle[rigid]
+            found[unknown[rigid]] = self._of_triangle[place]
+        return np.asarray(found)
 
     def _table(self, hits: Hits) -> np.ndarray:
         """Number of a hit -> plane; `NO_PLANE` where a surface has several."""
@@ -306,17 +279,6 @@ class WorldPlanes:
             table = np.concatenate([*parts, np.array([*single, NO_PLANE])]).astype(np.int64)
             self._numbers = hits.surface_of, table
         return self._numbers[1]
-
-    def _matched(self, surface: int, body: int, normals: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """The planes of a moving mesh that hits with these normals (k, 3) lie on, (k,) int32."""
-        pose, faces = self._poses[body], self._faces[surface]
-        local = normals.astype(np.float64) @ pose[:3, :3]
-        places = (points - pose[:3, 3]) @ pose[:3, :3]
-        height = np.einsum("ij,ij->i", local, places)
-        keys = _hashed(np.rint(np.c_[local * 1e4, height * 2e3]).astype(np.int64))
-        _, one, which = np.unique(keys, return_index=True, return_inverse=True)
-        found = faces.nearest(local[one], places[one])[which]
-        return np.asarray(np.where(found != NO_PLANE, self._first[surface] + found, NO_PLANE), np.int32)
 
 
 def planes_of(world: CastWorld) -> WorldPlanes:

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from graph.sim.geometry.surfaces import Mesh
 from sensors.motion.velocities import Velocities
 from sensors.raycast.rays import Hits, RayBundle
 from sensors.raycast.world import CastWorld
@@ -192,7 +193,7 @@ def first_waves(
     The bundle has the tubes' rays; directions: (3, n) float64, of them in the world's axes. skip: (s,) bool, surfaces
     that tubes do not meet first; None: they first meet the surface that owns them, or nothing.
     """
-    hits = setting.world.cast(bundle, setting.poses, normals=True)
+    hits = _cast(setting, bundle)
     row = np.flatnonzero(hits.distance < setting.reach * 1.01)
     if skip is None:
         row = row[np.take(tubes.owner, row) == hits.surfaces(row)]
@@ -244,7 +245,7 @@ def meet(setting: Setting, waves: Waves, hits: Hits, row: np.ndarray) -> Met:
             return np.asarray(waves.direction[:, some] * length)
         return np.asarray(place[:, some] + waves.direction[:, some] * (waves.travelled[some] + length))
 
-    plane = planes.of_hits(hits, row, lambda some: near(some).T + origin)
+    plane = planes.of_hits(hits, row)
     unknown = np.flatnonzero(plane == NO_PLANE)
     normal = np.stack([np.take(column, plane) for column in planes.columns])  # the last is that of no plane
     height = np.take(planes.heights(origin), plane)
@@ -270,8 +271,13 @@ def meet(setting: Setting, waves: Waves, hits: Hits, row: np.ndarray) -> Met:
     met = Met(waves, way, back, out, plane, normal, slope, cosine, setting.reflections.index(surface, cosine), None)
     if not kept.all():
         keep = np.flatnonzero(kept)
-        met, surface = met.at(keep), surface[keep]
+        met, surface, row = met.at(keep), surface[keep], row[keep]
     met.speed = _speeds(setting, surface, met)
+    deforming = np.flatnonzero(setting.world.deforming[surface])
+    if len(deforming):
+        speed = np.zeros((3, len(surface))) if met.speed is None else met.speed
+        speed[:, deforming] += _speeds_within(setting, surface[deforming], hits, row[deforming])
+        met.speed = speed
     return met
 
 
@@ -288,6 +294,22 @@ def _speeds(setting: Setting, surface: np.ndarray, met: Met) -> np.ndarray | Non
     found = np.zeros((3, len(surface)))
     for column, speed in zip(found, speeds.T, strict=True):
         column[rows] = speed
+    return found
+
+
+def _speeds_within(setting: Setting, surface: np.ndarray, hits: Hits, row: np.ndarray) -> np.ndarray:
+    """Velocities (3, k) of points on meshes that deform: those of the triangles' corners, by their shares."""
+    assert hits.spots is not None
+    found = np.zeros((3, len(row)))
+    for number in np.unique(surface).tolist():
+        some = np.flatnonzero(surface == number)
+        mesh, spot = setting.world.surfaces[number], hits.spots
+        assert isinstance(mesh, Mesh)
+        corners = np.asarray(mesh.triangles)[spot.triangle[row[some]]]
+        second, third = spot.uv[row[some]].T.astype(np.float64)
+        velocities = setting.world.vertex_velocities(number, setting.poses)[corners]
+        shares = np.stack((1.0 - second - third, second, third), 1)
+        found[:, some] = np.einsum("kc,kcj->jk", shares, velocities)
     return found
 
 
@@ -346,7 +368,11 @@ def _cast_on(setting: Setting, direction: np.ndarray, start: np.ndarray) -> Hits
     for axis in range(3):
         offsets[:, axis] = start[axis] + LIFT_M * direction[axis]
     bundle = RayBundle(setting.pose[:3, 3], _table(direction), offsets, setting.exclude)
-    return setting.world.cast(bundle, setting.poses, normals=True)
+    return _cast(setting, bundle)
+
+
+def _cast(setting: Setting, bundle: RayBundle) -> Hits:
+    return setting.world.cast(bundle, setting.poses, normals=True, spots=setting.planes.by_spots)
 
 
 def _table(direction: np.ndarray) -> np.ndarray:

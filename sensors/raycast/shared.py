@@ -47,11 +47,25 @@ def cast_world(app: App) -> CastWorld:
         now = (snapshot or app.fabric.capture()).points(prim)
         if now is None or app.physics is None:
             return mesh.vertices
-        if mesh.path not in followers:
-            followers[mesh.path] = Following(mesh.vertices, app.physics.deformable_start(prim))
-        return followers[mesh.path].vertices(now)
+        return follower(app, mesh, prim).vertices(now)
 
-    world = CastWorld(surfaces, poses, lambda: int(present_app(weak).settings.get(RAY_THREADS)), soft, points)
+    def velocities(mesh: Mesh, snapshot: Any) -> np.ndarray:
+        app, prim = present_app(weak), soft_prim(mesh, soft) or mesh.source
+        now = (snapshot or app.fabric.capture()).point_velocities(prim)
+        if now is None or app.physics is None:
+            return np.zeros_like(mesh.vertices)
+        return follower(app, mesh, prim).velocities(now)
+
+    def follower(app: App, mesh: Mesh, prim: str) -> Following:
+        if mesh.path not in followers:
+            assert app.physics is not None
+            followers[mesh.path] = Following(mesh.vertices, app.physics.deformable_start(prim))
+        return followers[mesh.path]
+
+    def threads() -> int:
+        return int(present_app(weak).settings.get(RAY_THREADS))
+
+    world = CastWorld(surfaces, poses, threads, soft, points, velocities)
     if app not in _worlds:
         app.on("close", lambda: _worlds.pop(app, None))
     _worlds[app] = (geometry, world)

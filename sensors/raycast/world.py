@@ -44,9 +44,9 @@ class CastWorld:
 
     geometry: meshes, solids and infinite planes; those with a body move with it. poses: gives the bodies' poses,
     (b, 4, 4) float64 world [m] in the order of `bodies`, for a snapshot (None: now). threads: number of threads for
-    casting (0: all cores). soft: prims that deform; points: positions of such a mesh's vertices. formulas: whether rays
-    meet solids by their closed forms, else by their triangles. `surfaces` lists the geometry in the order of their
-    numbers.
+    casting (0: all cores). soft: prims that deform; points, velocities: of such a mesh's vertices [m, m/s]. formulas:
+    whether rays meet solids by their closed forms, else by their triangles. `surfaces` lists the geometry in the order
+    of their numbers.
     """
 
     def __init__(
@@ -56,6 +56,7 @@ class CastWorld:
         threads: Callable[[], int] = lambda: 0,
         soft: frozenset[str] = frozenset(),
         points: PointsOf | None = None,
+        velocities: PointsOf | None = None,
         *,
         formulas: bool = True,
     ) -> None:
@@ -80,7 +81,7 @@ class CastWorld:
             if isinstance(surface, Mesh) and soft_prim(surface, soft) and len(surface.triangles)
         ]
         self.soft = soft
-        self._points = points
+        self._points, self._velocities = points, velocities
         self._soft = SoftMeshes(deforming, points) if deforming and points else None
         self._moving = MovingMeshes(moving) if moving else None
         self._solids = MovingSolids(solids) if solids else None
@@ -100,7 +101,8 @@ class CastWorld:
         solids = [surface for surface in self.surfaces if self.is_solid(surface)]
         if not solids:
             return self
-        world = CastWorld(self.surfaces, self._poses, self._threads, self.soft, self._points, formulas=False)
+        moved = self._points, self._velocities
+        world = CastWorld(self.surfaces, self._poses, self._threads, self.soft, *moved, formulas=False)
         if all(solid.body is not None for solid in solids):
             world._sets = self._sets
         return world
@@ -172,6 +174,20 @@ class CastWorld:
         if body >= 0 and body_poses is not None:
             return np.asarray(points @ body_poses[body][:3, :3].T + body_poses[body][:3, 3])
         return points
+
+    def vertex_velocities(self, surface: int, state: Any = None) -> np.ndarray:
+        """(n, 3) float64 [m/s], world, of the vertices of a mesh that deforms; 0 where they are not known."""
+        mesh = self.surfaces[surface]
+        assert isinstance(mesh, Mesh)
+        if self._velocities is None:
+            return np.zeros((len(mesh.vertices), 3))
+        return np.asarray(self._velocities(mesh, state), np.float64)
+
+    @cached_property
+    def deforming(self) -> np.ndarray:
+        """Which surfaces deform, (s + 1,) bool; the last, which `NO_SURFACE` finds, does not."""
+        found = [isinstance(one, Mesh) and soft_prim(one, self.soft) is not None for one in self.surfaces]
+        return np.array([*found, False])
 
     def _scenes(self, anchor: np.ndarray, exclude: frozenset[str]) -> _Scenes:
         key = (anchor.tobytes(), exclude)

@@ -22,6 +22,11 @@ class Following:
         out: Floats = points[self._nearest] + self._offsets
         return out
 
+    def velocities(self, points: Floats) -> Floats:
+        """(n, 3) of the vertices, from those of the points (p, 3)."""
+        out: Floats = points[self._nearest]
+        return out
+
 
 def _nearest(vertices: Floats, points: Floats) -> NDArray[np.intp]:
     """The number of the point nearest to each vertex."""

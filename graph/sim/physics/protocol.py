@@ -40,6 +40,10 @@ class Snapshot(Protocol):
     def points(self, path: str) -> Floats | None:
         """(p, 3) the points of a deformable prim [m], in the prim's order; None for any other prim."""
 
+    def point_velocities(self, path: str) -> Floats | None:
+        """(p, 3) the velocities of these points [m/s]; None for any other prim, and where the engine does not know."""
+        return None
+
 
 def _no_vectors() -> Floats:
     return np.zeros((0, 3))

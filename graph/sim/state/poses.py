@@ -64,6 +64,10 @@ class Poses:
         """(p, 3) the points of a prim that physics deforms, in the world [m], else None."""
         return None if self._snapshot is None else self._snapshot.points(path)
 
+    def point_velocities(self, path: str) -> Floats | None:
+        """(p, 3) the velocities of these points [m/s], else None."""
+        return None if self._snapshot is None else self._snapshot.point_velocities(path)
+
     def velocities(self, bodies: Iterable[str]) -> Floats:
         """(n, 6) of the origins of bodies: linear [m/s], angular [rad/s], world axes; 0 for static ones."""
         rows = np.array([self.layout.get(path, -1) for path in bodies], dtype=np.intp)

@@ -12,6 +12,9 @@ from graph.sim.transforms import Floats
 from .library import mujoco
 from .memory import state_of
 
+MOMENT_S = 1e-6
+"""Over so long points move along straight lines: what a difference of positions rounds to is below 1e-8 m/s."""
+
 State = tuple[Floats, Floats, Floats, Floats]
 """Coordinates, their velocities, and positions and quaternions of kinematic bodies."""
 
@@ -45,6 +48,14 @@ class Motion:
         data.qpos[:], data.qvel[:], data.mocap_pos[:], data.mocap_quat[:] = state
         return body_velocities(self._model, data, self._count)
 
+    def later(self, state: State, duration: float) -> Floats | None:
+        """(nq,) the coordinates after a duration [s] at a state's velocities; None once the model is freed."""
+        if self._model is None:
+            return None
+        coordinates = state[0].copy()
+        mujoco.mj_integratePos(self._model, coordinates, state[1], duration)
+        return coordinates
+
     def close(self) -> None:
         """Free the model."""
         self._model = self._data = None
@@ -69,4 +80,13 @@ class MujocoSnapshot(Snapshot):
         if path not in self._deformables.paths:
             return None
         out: Floats = self._deformables.points(path, self.state[0])
+        return out
+
+    def point_velocities(self, path: str) -> Floats | None:
+        """(p, 3) of a deformable prim, see `Snapshot`; None once the model is freed."""
+        points = self.points(path)
+        later = self.motion.later(self.state, MOMENT_S)
+        if points is None or later is None:
+            return None
+        out: Floats = (self._deformables.points(path, later) - points) / MOMENT_S
         return out
