@@ -24,6 +24,7 @@ JOINTS = {
     "graph.cli",
     "graph.testing",
     "graph.trade",
+    "graph.export",
     "graph.__main__",
     "graph.usd_files",
 }

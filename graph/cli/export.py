@@ -1,0 +1,50 @@
+"""`graph export`: writes a recording in the format of other tools."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from graph.base.errors import RunError
+
+from .printing import say, tell
+
+FORMATS = ("pcd", "ply", "las", "kitti", "nuscenes", "npz", "csv", "png")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command's options."""
+    parser.add_argument(
+        "run", metavar="RUN", type=Path, help="folder of a run (--out), a .mcap or .db3 file, or a rosbag2 folder"
+    )
+    parser.add_argument(
+        "--format",
+        required=True,
+        choices=FORMATS,
+        help="pcd, ply, las (needs laspy): a file for each scan, with its pose; kitti, nuscenes: a data set of one "
+        "lidar; npz: arrays of scans and images; csv: tables of any topic; png: pictures",
+    )
+    parser.add_argument("--out", required=True, type=Path, metavar="DIR", help="folder to write into")
+    parser.add_argument(
+        "--topic", action="append", default=[], metavar="T", help="export this topic, * for any text; may be repeated"
+    )
+    parser.add_argument(
+        "--world", action="store_true", help="points of pcd, ply, las in the root frame of the recorded transforms"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Runs the command."""
+    from graph.export.exporting import export
+    from graph.sim.messages.run_reader import open_run
+
+    with open_run(args.run, whole=False) as recording:
+        for note in recording.notes:
+            tell(note)
+        try:
+            lines = export(recording, args.format, args.out, args.topic, world=args.world)
+        except OSError as error:
+            raise RunError(f"{error.filename or args.out}: {error.strerror or error}") from error
+    for line in lines:
+        say(line)
+    return 0

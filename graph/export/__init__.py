@@ -1,0 +1,1 @@
+"""Recordings in the formats of other tools: point clouds, images, tables, data set layouts."""
