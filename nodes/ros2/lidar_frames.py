@@ -30,11 +30,11 @@ def cloud_channels(metadata: Iterable[str]) -> frozenset[str]:
 def frame_cloud(frame: Frame, metadata: Iterable[str], nanoseconds: int, frame_id: str) -> Any:
     """`sensor_msgs/PointCloud2` of a frame's points, with the chosen quantities as far as the frame holds them."""
     values = {name: column(frame, name) for name in metadata}
-    return point_cloud(_points(frame), values, nanoseconds, frame_id)
+    return point_cloud(frame_points(frame), values, nanoseconds, frame_id)
 
 
-def _points(frame: Frame) -> NDArray[np.float32]:
-    """The points; NaN for a kept firing without a return, which a frame stores at the origin."""
+def frame_points(frame: Frame) -> NDArray[np.float32]:
+    """(n, 3) the points [m]; NaN for a kept firing without a return, which a frame stores at the origin."""
     import numpy as np
 
     points = frame.xyz

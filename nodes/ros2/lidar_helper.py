@@ -11,6 +11,7 @@ from graph.node import Attribute, Database, NodeAtLoad, node_type
 from graph.sim import settings as keys
 
 from .debug_view import debug_view
+from .driver_clouds import DRIVER_CLOUDS, METADATA, driver_cloud
 from .laser_scans import LASER_SCAN, scan_style
 from .lidar_frames import SCAN_CHANNELS, FrameScan, cloud_channels, frame_cloud
 from .lidar_writers import STRING, FrameWriter, add_writer, class_labels, object_id_map, stamps
@@ -73,6 +74,8 @@ def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
     if "selectedMetadata" in node.given:
         for problem in _unknown_quantities(node.db.inputs.selectedMetadata):
             yield "selectedMetadata", problem
+    for problem in _contradictory_fields(node.db.inputs):
+        yield "fields", problem
     bins = node.settings.get(keys.SCAN_BINS)
     if bins or node.db.connected("inputs:type") or node.db.inputs.type != "laser_scan":
         return
@@ -121,6 +124,13 @@ def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
         ),
         "selectedMetadata": Attribute(
             "token[]", f"quantities of a cloud besides x, y, z: {', '.join(CLOUD_FIELDS)}", default=[]
+        ),
+        "fields": Attribute(
+            "token",
+            "a driver whose field names, offsets and types a cloud has, instead of selectedMetadata; ouster, autoware: "
+            "the stamp is the first firing, and times count from it",
+            default="",
+            allowed_tokens=("", *DRIVER_CLOUDS),
         ),
         "enableObjectIdMap": Attribute("bool", "publish which prim each object id stands for"),
         "objectIdMapTopicName": Attribute("string", "topic of that map", default="object_id_map"),
@@ -173,7 +183,11 @@ def _attach(db: Database, path: str) -> bool:
         for problem in _tilted(app.stage.GetPrimAtPath(product.camera_path)):
             db.fail(problem)
     _warn_about_settings(db)
-    metadata = _metadata(db, product) if kind == "point_cloud" else ()
+    for problem in _contradictory_fields(inputs):
+        db.fail(problem)
+    metadata: tuple[str, ...] = ()
+    if kind == "point_cloud":
+        metadata = METADATA if inputs.fields else _metadata(db, product)
     if "Time" in metadata:
         _warn_of_nominal_times(db, product)
     memory.product, memory.writers = product, _writers(db, product, kind, metadata)
@@ -196,6 +210,18 @@ def _metadata(db: Database, product: RenderProduct) -> tuple[str, ...]:
     if strange:
         db.warn("metadata-not-measured", f"selectedMetadata: a lidar measures no {', '.join(strange)}; it is left out")
     return tuple(name for name in names if name not in strange)
+
+
+def _contradictory_fields(inputs: Any) -> Iterator[str]:
+    """Why a driver's fields cannot be published, if so."""
+    if not inputs.fields:
+        return
+    if inputs.fields not in DRIVER_CLOUDS:
+        yield f'no driver "{inputs.fields}"; there are {", ".join(DRIVER_CLOUDS)}'
+    elif inputs.type == "laser_scan":
+        yield "fields is for clouds; set type to point_cloud, or leave it empty"
+    elif len(inputs.selectedMetadata):
+        yield f"fields {inputs.fields} fixes the fields of the cloud; leave selectedMetadata empty"
 
 
 def _unknown_quantities(names: Iterable[str]) -> Iterator[str]:
@@ -241,11 +267,18 @@ def _writers(db: Database, product: RenderProduct, kind: str, metadata: tuple[st
         system_time=inputs.useSystemTime,
         reset_on_stop=inputs.resetSimulationTimeOnStop,
         first_ray=kind == "laser_scan",
+        from_start=kind == "point_cloud" and bool(inputs.fields) and DRIVER_CLOUDS[inputs.fields].from_start,
     )
     every = inputs.frameSkipCount + 1
     topic = topic_name(db, camera)
     if kind == "laser_scan":
         return [FrameWriter(app.bus, topic, LASER_SCAN, stamp, FrameScan(frame_id, scan_style(app)), every)]
+    if driver := inputs.fields:
+        return [
+            FrameWriter(
+                app.bus, topic, POINT_CLOUD, stamp, lambda frame, at: driver_cloud(frame, driver, at, frame_id), every
+            )
+        ]
     writers = [
         FrameWriter(
             app.bus, topic, POINT_CLOUD, stamp, lambda frame, at: frame_cloud(frame, metadata, at, frame_id), every

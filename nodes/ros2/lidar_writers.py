@@ -54,9 +54,12 @@ def add_writer(db: Database, product: RenderProduct, writer: FrameWriter) -> Non
     product.writers.append(writer)
 
 
-def stamps(app: App, *, system_time: bool, reset_on_stop: bool, first_ray: bool = False) -> Callable[[Frame], int]:
+def stamps(
+    app: App, *, system_time: bool, reset_on_stop: bool, first_ray: bool = False, from_start: bool = False
+) -> Callable[[Frame], int]:
     """Frame -> stamp [ns]: wall time of the last physics step, else the simulation time of the frame's pose, counted
     from play or so that no stop resets it. first_ray: the time of the first ray, as a LaserScan's header has it.
+    from_start: the nominal time of the first firing, also of a frame of one instant.
     """
     simulation = app.simulation
     if system_time:
@@ -65,6 +68,8 @@ def stamps(app: App, *, system_time: bool, reset_on_stop: bool, first_ray: bool 
     def stamp_of(frame: Frame) -> int:
         clock = simulation.time if reset_on_stop else simulation.monotonic_time
         off = clock - app.rendering.time
+        if from_start:
+            return frame.timestamp_ns + nanoseconds(off)
         if first_ray and not frame.one_instant and app.settings.get(keys.LIDAR_HEADER) != keys.HEADER_UPDATE:
             return frame.timestamp_ns + nanoseconds(off)
         return nanoseconds(frame.reference + off)
