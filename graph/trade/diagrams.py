@@ -19,8 +19,8 @@ from .study import word
 INCH, DPI = (6.4, 4.6), 110
 MARKERS = "osD^vP*X<>hp"
 MOST_PANELS = 4
-MOST_NAMED = 8
-"""Settings of a front that are named; of more every n-th is."""
+NAME_WIDTH, NAME_HEIGHT = 0.25, 0.04
+"""Room of a setting's name, in the width and height of a diagram."""
 COST = "processor time per simulated second [s]"
 
 
@@ -118,20 +118,27 @@ def _diagram(axis: Any, outcome: Outcome, metric: str) -> None:
     where = {id(row): (cost, floor if error <= 0 else error) for row, cost, error in points}
     places = [where[id(row)] for row in front if id(row) in where]
     axis.plot(*zip(*places, strict=True), color="0.35", linewidth=1, zorder=1, label="settings that pay")
-    every = max(1, math.ceil(len(front) / MOST_NAMED))
-    for number, (row, place) in enumerate(zip(front, places, strict=True)):
-        if number % every == 0 or row is front[-1]:
-            axis.annotate(_name(row), place, xytext=(6, 5), textcoords="offset points", fontsize=7, color="0.25")
     best = outcome.recommended
     if best is not None and id(best) in where:
         axis.plot(*where[id(best)], "o", markersize=14, markerfacecolor="none", color="tab:red", label="recommended")
     axis.set_ylim(floor / 2, max(scale, default=1.0) * 3)
     _few_ticks(axis, [cost for _, cost, _ in points])
+    _name_front(axis, front, places)
     unit = f" [{about.unit}]" if about.unit else ""
     axis.set_title(f"{metric}: {about.doc}", fontsize=8.5, loc="left")
     axis.set_ylabel(f"{f'1 - {metric}' if about.more else metric}{unit}", fontsize=9)
     axis.set_xlabel(f"{COST}; open symbols: no difference", fontsize=8)
     axis.spines[["top", "right"]].set_visible(False)
+
+
+def _name_front(axis: Any, front: Sequence[Row], places: Sequence[tuple[float, float]]) -> None:
+    """Names the settings of a front, the best first, where there is room beside the names before."""
+    taken: list[tuple[float, float]] = []
+    for row, place in [*zip(front, places, strict=True)][::-1]:
+        x, y = axis.transAxes.inverted().transform(axis.transData.transform(place))
+        if all(abs(x - other) > NAME_WIDTH or abs(y - beside) > NAME_HEIGHT for other, beside in taken):
+            taken.append((x, y))
+            axis.annotate(_name(row), place, xytext=(6, 5), textcoords="offset points", fontsize=7, color="0.25")
 
 
 def _few_ticks(axis: Any, costs: Sequence[float]) -> None:

@@ -38,21 +38,27 @@ _LIDAR, _RADAR, _CAMERA, _ANY = (
 
 ERRORS: dict[str, Metric] = {
     "body.position_max": Metric("m", "largest distance of a body from its place in the reference", _BODIES),
-    "body.position_rms": Metric("m", "root mean square of these distances, over bodies and time", _BODIES),
-    "body.position_final": Metric("m", "largest of these distances at the end", _BODIES),
+    "body.position_rms": Metric(
+        "m", "distance of bodies from their places, root mean square over bodies and time", _BODIES
+    ),
+    "body.position_final": Metric("m", "largest distance of a body from its place at the end", _BODIES),
     "body.orientation_max": Metric("rad", "largest angle between a body and itself in the reference", _BODIES),
-    "body.orientation_rms": Metric("rad", "root mean square of these angles, over bodies and time", _BODIES),
-    "body.orientation_final": Metric("rad", "largest of these angles at the end", _BODIES),
+    "body.orientation_rms": Metric(
+        "rad", "angle between bodies and themselves, root mean square over bodies and time", _BODIES
+    ),
+    "body.orientation_final": Metric("rad", "largest angle between a body and itself at the end", _BODIES),
     "body.energy_drift": Metric("", "difference of the whole energy, in the largest kinetic energy", _BODIES),
     "body.momentum_drift": Metric("", "difference of the whole momentum, in the largest sum of momenta", _BODIES),
     "body.spin_drift": Metric("", "difference of the whole angular momentum, in the largest sum of them", _BODIES),
     "contact.penetration_max": Metric("m", "deepest contact of the run itself", _BODIES),
     "contact.creep_max": Metric("m/s", "speed of bodies that rest in the reference, second half", _CONTACTS),
-    "lidar.range_p50": Metric("m", "difference of the range of a return, matched by firing: median", _LIDAR),
-    "lidar.range_p99": Metric("m", "the same, 99th percentile", _LIDAR),
-    "lidar.range_max": Metric("m", "the same, largest", _LIDAR),
-    "lidar.lost": Metric("", "returns of the reference that the run does not have, in all of them", _LIDAR),
-    "lidar.extra": Metric("", "returns that only the run has, in those of the reference", _LIDAR),
+    "lidar.range_p50": Metric("m", "difference of the range of a return of the same firing and prim: median", _LIDAR),
+    "lidar.range_p99": Metric("m", "difference of the range of a return, 99th percentile", _LIDAR),
+    "lidar.range_max": Metric("m", "difference of the range of a return, largest", _LIDAR),
+    "lidar.lost": Metric("", "returns of the reference that the run does not have, or has from another prim", _LIDAR),
+    "lidar.extra": Metric(
+        "", "returns that only the run has, or has from another prim, in those of the reference", _LIDAR
+    ),
     "lidar.intensity_p99": Metric("", "difference of the intensity of a return, 99th percentile", _LIDAR),
     "lidar.velocity_p99": Metric(
         "m/s", "difference of the velocity along the beam, 99th percentile", f"{_LIDAR} with its velocities"
@@ -60,10 +66,10 @@ ERRORS: dict[str, Metric] = {
     "radar.recall": Metric("", "detections of the reference that the run has within a cell", _RADAR, more=True),
     "radar.false_alarms": Metric("", "detections that only the run has, in all of its own", _RADAR),
     "radar.velocity_p99": Metric("m/s", "difference of the velocity of a detection, 99th percentile", _RADAR),
-    "camera.depth_p50": Metric("m", "difference of the depth of a pixel: median", _CAMERA),
-    "camera.depth_p99": Metric("m", "the same, 99th percentile", _CAMERA),
-    "camera.depth_max": Metric("m", "the same, largest", _CAMERA),
-    "camera.changed": Metric("", "pixels that show something in one of both runs only", _CAMERA),
+    "camera.depth_p50": Metric("m", "difference of the depth of a pixel that shows the same prim: median", _CAMERA),
+    "camera.depth_p99": Metric("m", "difference of the depth of a pixel, 99th percentile", _CAMERA),
+    "camera.depth_max": Metric("m", "difference of the depth of a pixel, largest", _CAMERA),
+    "camera.changed": Metric("", "pixels that show another prim than in the reference", _CAMERA),
     "camera.colour_rms": Metric("", "difference of the colours of a pixel, root mean square", f"{_CAMERA} in colour"),
     "frames.missing": Metric("", "frames of the reference that the run does not have", _ANY),
     "frames.stamp_max": Metric("s", "largest difference of the stamps of the same frame", _ANY),

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from graph.base.exact import nanoseconds
 from graph.sim.renderer.wrapper import unwrapped
 from sensors.camera import names as cameras
+from sensors.camera.channels import INSTANCE
 from sensors.channels import Consumer
 from sensors.gmo import ElementFlags
 from sensors.lidar import names as lidars
@@ -35,9 +36,9 @@ BEFORE_RENDERING = -1000
 LIDAR, RADAR, CAMERA, OTHER = "lidar", "radar", "camera", "other"
 _SORTS = {lidars.PRIM_TYPE: LIDAR, radars.PRIM_TYPE: RADAR, cameras.PRIM_TYPE: CAMERA}
 _NEEDED = {
-    LIDAR: ("distance", "scalar", "flags", "timeOffsetNs", "tickId", "emitterId", "echoId"),
+    LIDAR: ("distance", "scalar", "flags", "timeOffsetNs", "tickId", "emitterId", "echoId", "objId"),
     RADAR: ("distance", "azimuth", "elevation", "rv_ms"),
-    CAMERA: ("distance_to_image_plane",),
+    CAMERA: ("distance_to_image_plane", INSTANCE),
     OTHER: (),
 }
 _IF_COMPUTED = {LIDAR: ("velocities", "xyz"), CAMERA: ("rgb",)}
@@ -47,7 +48,8 @@ _IF_COMPUTED = {LIDAR: ("velocities", "xyz"), CAMERA: ("rgb",)}
 @dataclass(slots=True)
 class Reading:
     """One frame. key: the same for the same tick in every run. until_ns: the latest state it shows. stamp_ns: of its
-    messages. arrays: by channel; of lidars also `firing`, int64, the identity of each return.
+    messages. arrays: by channel; of lidars also `firing`, the identity of each return, and `prim`, that of what
+    it hit, both int64.
     """
 
     key: int
@@ -133,6 +135,7 @@ def _of_lidar(sensor: Any, duration: float) -> Reduce:
             "firing": (turn << 44 | ticks << 24 | emitter << 4 | echo)[kept],
             "distance": frame.channel("distance")[kept],
             "scalar": frame.channel("scalar")[kept],
+            "prim": np.bitwise_xor.reduce(np.ascontiguousarray(frame.channel("objId")).view(np.int64), axis=1)[kept],
         }
         if frame.has("velocities"):
             points = frame.xyz

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import RunError
+from sensors.channels import STABLE_IDS
 
 from .meter import Cost, Meter, MeteredSink
 from .readings import ReadingLog, Readings
@@ -60,7 +61,8 @@ def measure(scene: Scene, setting: Setting, duration: Fraction) -> Measured:
     from graph.sim.messages.bus import CountingSink
 
     found = Measured()
-    with _playing(scene, setting) as session:
+    told = replace(scene, settings={**scene.settings, STABLE_IDS: True})  # ids of prims, to match returns by
+    with _playing(told, setting) as session:
         app = session.app
         readings = ReadingLog(app, float(duration))
         app.bus.subscribe(CountingSink())  # with a reader publishers publish, as they do in a recorded run
