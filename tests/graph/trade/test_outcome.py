@@ -14,7 +14,8 @@ from graph.trade.errors import Horizon
 from graph.trade.meter import PARTS, Cost
 from graph.trade.outcome import OK, UNSTABLE, Outcome, Row
 from graph.trade.outputs import as_csv, as_dict, block
-from graph.trade.sights import _same_targets
+from graph.trade.readings import LIDAR, Reading, Readings
+from graph.trade.sights import _same_targets, values_of
 from graph.trade.states import Trajectory
 from graph.trade.study import Scene, Study
 from graph.trade.trial import Timed
@@ -125,6 +126,23 @@ def test_detections_of_a_target_are_matched_once_and_within_a_cell():
     two = {"distance": np.array([10.0, 20.0, 30.0, 10.5]), "rv_ms": np.zeros(4), "azimuth": np.zeros(4)}
     mine, theirs = _same_targets(one, two, (1.0, 0.5, 0.1))
     assert dict(zip(mine.tolist(), theirs.tolist(), strict=True)) == {0: 0, 1: 1}
+
+
+def test_a_return_from_another_prim_is_lost_and_extra_and_no_range_error():
+    """Of firings 1, 2, 3 the run has 2 off by 0.5 m, 3 from another prim 9 m behind, 4 instead of 1."""
+
+    def seen(firings, distances, prims):
+        arrays = {"firing": np.array(firings), "distance": np.array(distances), "prim": np.array(prims)}
+        frame = Reading(0, 10**8, 10**8, {**arrays, "scalar": np.zeros(3)})
+        return {"/Product": Readings("/Lidar", LIDAR, [frame])}
+
+    found = values_of(seen([2, 3, 4], [5.5, 15.0, 7.0], [7, 8, 7]), seen([1, 2, 3], [4.0, 5.0, 6.0], [7, 7, 7]), 1.0)
+    assert (found["lidar.range_max"], found["lidar.lost"], found["lidar.extra"]) == (0.5, 2 / 3, 2 / 3)
+    assert found["lidar.velocity_p99"] is None  # nothing read velocities
+    assert (
+        values_of({}, seen([1, 2, 3], [4.0, 5.0, 6.0], [7, 7, 7]), 1.0)["lidar.lost"] == 1
+    )  # no such sensor in the run
+    assert values_of({}, seen([1, 2, 3], [4.0, 5.0, 6.0], [7, 7, 7]), 0.05) == {}  # beyond the horizon
 
 
 def spinning(rate, times):
