@@ -34,8 +34,9 @@ class Fidelity(PhysicsKnobs):
         Knob(
             "frozen: the whole scan at its tick; update: each update casts what fired since; continuous: each firing "
             "alone",
-            cost="continuous: 2.6 to 3 times frozen",
-            error="of v t for a speed v: frozen: t from the firing to its tick; update: to its update; "
+            cost="continuous: 2.8 to 3.3 times frozen",
+            error="what is hit is displaced by (v + w r) t, for a speed v and turn rates w at a distance r (ranges by "
+            "up to 1 / cos of the incidence more); frozen: t from the firing to its tick; update: to its update; "
             "continuous: see lidar.bins",
             why="the cheapest; a scan shows the instant that its header names",
             finer="continuous",

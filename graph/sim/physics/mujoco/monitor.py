@@ -53,9 +53,9 @@ _COUNTED = {
 
 
 _STATE = {
-    int(_KINDS.mjWARN_BADQPOS): ("position", "qpos"),
-    int(_KINDS.mjWARN_BADQVEL): ("velocity", "qvel"),
-    int(_KINDS.mjWARN_BADQACC): ("acceleration", "qacc"),
+    int(_KINDS.mjWARN_BADQPOS): ("a position", "qpos"),
+    int(_KINDS.mjWARN_BADQVEL): ("a velocity", "qvel"),
+    int(_KINDS.mjWARN_BADQACC): ("an acceleration", "qacc"),
 }
 """The kinds of warnings that mean divergence: what is too large, and where it is."""
 
@@ -104,7 +104,7 @@ class Monitor:
             body = int(engine.model.dof_bodyid[place])
         name, values = _STATE[kind]
         return (
-            f"{engine.body_name(body)}: the simulation diverged here, at {float(engine.data.time):.6g} s of physics: a "
+            f"{engine.body_name(body)}: the simulation diverged here, at {float(engine.data.time):.6g} s of physics: "
             f"{name} became {float(getattr(engine.data, values)[place]):.3g}. Raise physics_hz, lower the stiffness, "
             "speeds or mass ratios around it, or move apart what overlaps"
         )
