@@ -4,9 +4,10 @@ every 0.1 s; and programs that listen to its run without this project's code.
 
 import hashlib
 import json
+import os
+import socket
 import subprocess
 import sys
-import time
 from contextlib import contextmanager
 
 from mcap.reader import make_reader
@@ -40,6 +41,18 @@ _GRAPH = """
 record:"""
 
 
+_LOOPBACK = (
+    '<CycloneDDS><Domain Id="any"><General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'
+    "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
+    '<Peers><Peer address="localhost"/></Peers></Discovery></Domain></CycloneDDS>'
+)
+
+
+def ros_domain(number):
+    """The environment of a program in a ROS domain, with Cyclone DDS on the loopback interface."""
+    return {**os.environ, "ROS_DOMAIN_ID": str(number), "CYCLONEDDS_URI": _LOOPBACK.replace("any", str(number))}
+
+
 def write_rig(folder):
     """Writes the graph file into a folder; gives its path."""
     path = folder / "rig.yaml"
@@ -51,7 +64,7 @@ def write_rig(folder):
 @contextmanager
 def listening(name, *arguments, environment=None):
     """A program of `live_listeners`, which is ready to listen: receives clouds and odometry, publishes commands."""
-    script = str(LISTENERS / f"{name}.py")
+    script = str(LISTENERS / f"over_{name}.py")
     options = {"stdout": subprocess.PIPE, "text": True, "env": environment}
     with started(script, *map(str, arguments), **options) as process:
         assert process.stdout.readline() == "ready\n"
@@ -64,11 +77,11 @@ def heard(process):
 
 
 def run_rig(file, out, *options, environment=None):
-    """Plays the file in real time for a cloud more than 3 s; gives what the command wrote to stderr."""
+    """Plays the file in real time for 3.2 s; gives the report."""
     command = [sys.executable, "-m", "graph", "run", str(file), "--realtime", "--duration", "3.2", "--out", str(out)]
     done = subprocess.run([*command, *options], cwd=ROOT, capture_output=True, text=True, check=False, env=environment)
     assert done.returncode == 0, done.stderr
-    return done.stderr
+    return json.loads((out / "report.json").read_text(encoding="utf8"))
 
 
 def recorded(out, topic):
@@ -77,14 +90,13 @@ def recorded(out, topic):
         return [message.data for _, _, message in make_reader(file).iter_messages(topics=[topic])]
 
 
+def free_port():
+    """A port of this machine that nothing uses."""
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        return one.getsockname()[1]
+
+
 def digests(messages):
     """The SHA-256 of each message."""
     return [hashlib.sha256(data).hexdigest() for data in messages]
-
-
-def wait_until(condition, seconds=20.0):
-    """Waits until `condition()`, for so long at most; gives its last value."""
-    end = time.monotonic() + seconds
-    while not (value := condition()) and time.monotonic() < end:
-        time.sleep(0.01)
-    return value

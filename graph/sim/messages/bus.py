@@ -230,6 +230,8 @@ class MessageBus:
         failure: BaseException | None = None
         started = time.perf_counter()
         self._timed.clear()
+        self._recent.clear()
+        self._unheard.clear()
         while self._sinks:
             try:
                 self._sinks.pop(0).close()

@@ -16,13 +16,12 @@ from typing import Any
 
 from graph.base.errors import UserError, reason_of
 from graph.sim.messages.bus import Topic
-from graph.sim.messages.message import Message
 from graph.sim.messages.quality import Quality
 from graph.sim.messages.ros_types import type_hash
 
 from .dds_types import dds_type
 from .targets import LOOPBACK, Target
-from .transport import NotSentError
+from .transport import NotSentError, Outgoing
 
 _BLOCKING_NS = 100_000_000
 """How long a write waits for a slow reliable reader."""
@@ -49,6 +48,7 @@ class DdsTransport:
 
         self._writers: dict[str, _Writer] = {}
         self._readers: dict[str, Any] = {}
+        self._overwritten: dict[str, tuple[int, int]] = {}
         self._listener = Listener
         _check_interface(target)
         try:
@@ -73,12 +73,12 @@ class DdsTransport:
         writer = self._writers.get(topic)
         return writer is None or bool(writer.writer.get_matched_subscriptions())
 
-    def send(self, message: Message) -> None:
+    def send(self, message: Outgoing) -> None:
         """Writes a sample; waits for a slow reliable reader for a tenth of a second."""
         writer = self._writers.get(message.topic)
         if writer is None:
             raise NotSentError("its writer could not be made")
-        writer.write(message.cdr())
+        writer.write(message.data)
 
     def subscribe(self, topic: Topic, receive: Callable[[bytes], None]) -> None:
         """Makes the topic's reader."""
@@ -102,21 +102,23 @@ class DdsTransport:
 
     def close(self) -> None:
         """Leaves the domain."""
+        self._overwritten.update(
+            {topic: (writer.overwritten, writer.depth) for topic, writer in self._writers.items() if writer.overwritten}
+        )
         # Entities go with their last reference, the participant after those made in it.
         self._readers.clear()
         self._writers.clear()
         self._participant = self._domain = None
 
     def notes(self) -> list[tuple[str, str]]:
-        """The samples that a reliable reader was too slow for."""
+        """What a reader that stalled cannot have got."""
         return [
             (
                 "live-slow-listener",
-                f"{topic}: a reader stalled; {writer.overwritten:,} messages pushed others out of the writer's history "
-                f"of {writer.depth} that the reader had not got",
+                f"{topic}: a reader stalled; {count:,} messages pushed others out of the writer's history of {depth} "
+                "that the reader had not got",
             )
-            for topic, writer in self._writers.items()
-            if writer.overwritten
+            for topic, (count, depth) in self._overwritten.items()
         ]
 
     def _topic(self, topic: Topic) -> Any:

@@ -12,11 +12,10 @@ from typing import Any
 
 from graph.base.errors import UserError, reason_of
 from graph.sim.messages.bus import Topic, topic_name
-from graph.sim.messages.message import Message
 from graph.sim.messages.ros_types import definition
 
 from .targets import Target
-from .transport import NotSentError
+from .transport import NotSentError, Outgoing
 
 BACKLOG = 64
 """Most messages that the server keeps for one client; for a client that is slower it drops the oldest."""
@@ -39,7 +38,7 @@ class FoxgloveTransport:
         self._library = foxglove
         self._context = foxglove.Context()
         self._channels: dict[str, Any] = {}
-        self._latched: dict[str, Message] = {}
+        self._latched: dict[str, Outgoing] = {}
         self._receivers: dict[str, tuple[str, Callable[[bytes], None]]] = {}
         self._published: dict[tuple[int, int], str] = {}
         self._now_ns = -1
@@ -78,7 +77,7 @@ class FoxgloveTransport:
         channel = self._channels.get(topic)
         return channel is None or channel.has_sinks()
 
-    def send(self, message: Message) -> None:
+    def send(self, message: Outgoing) -> None:
         """Passes the message to the server, and the time to its clients."""
         channel = self._channels.get(message.topic)
         if channel is None:
@@ -86,9 +85,9 @@ class FoxgloveTransport:
         if message.sent_ns != self._now_ns:
             self._now_ns = message.sent_ns
             self._server.broadcast_time(message.sent_ns)
-        if message.quality.durability == "transientLocal":
+        if message.latched:
             self._latched[message.topic] = message
-        channel.log(message.cdr(), log_time=message.sent_ns)
+        channel.log(message.data, log_time=message.sent_ns)
         self._sent_at = time.monotonic()
 
     def subscribe(self, topic: Topic, receive: Callable[[bytes], None]) -> None:
@@ -117,7 +116,7 @@ class FoxgloveTransport:
         """Sends the last message of a latched topic again, for a client that comes late."""
         message, channel = self._latched.get(topic), self._channels.get(topic)
         if message is not None and channel is not None:
-            channel.log(message.cdr(), log_time=message.sent_ns)
+            channel.log(message.data, log_time=message.sent_ns)
 
     def client_advertises(self, client: int, channel: Any) -> None:
         """Notes a channel on which a client will publish."""

@@ -16,7 +16,7 @@ from graph.sim.messages.mcap_source import decoding
 from graph.sim.messages.message import Message
 
 from .inbox import Inbox, Received
-from .transport import NotSentError, Transport
+from .transport import NotSentError, Outgoing, Transport
 
 QUEUED_BYTES = 64_000_000
 """Most bytes of messages that wait to be sent, and most that wait to be put on the bus."""
@@ -61,13 +61,16 @@ class LiveSink:
         self._inbox = Inbox(most_bytes)
         self._changed = threading.Condition()
         self._tasks: deque[_Task] = deque()
-        self._waiting: deque[Message] = deque()
+        self._waiting: deque[Outgoing] = deque()
         self._waiting_bytes = 0
         self._subscribed: set[str] = set()
         self._announced_at: dict[str, float] = {}
         self._deadline: float | None = None
         self._thread = threading.Thread(target=self._run, name=f"live {name}", daemon=True)
         self._thread.start()
+        # A library may take long to leave a listener that takes nothing: in a thread that refers to nothing else, which
+        # ends with the process.
+        self._closer = threading.Thread(target=transport.close, name=f"live {name} closes", daemon=True)
 
     def advertise(self, topic: str, type_name: str) -> None:
         """Announces the topic, with the quality that its publisher offers."""
@@ -78,10 +81,12 @@ class LiveSink:
         """Queues the message, unless this sink has received it from outside."""
         if message.origin is self or self._deadline is not None:
             return
-        size = len(message.cdr())
+        # Only bytes wait, no arrays of the message: what waits is no more than it counts.
+        latched = message.quality.durability == "transientLocal"
+        out = Outgoing(message.topic, message.type_name, message.cdr(), message.sent_ns, latched)
         with self._changed:
-            self._waiting.append(message)
-            self._waiting_bytes += size
+            self._waiting.append(out)
+            self._waiting_bytes += len(out.data)
             while self._waiting_bytes > self._most_bytes and len(self._waiting) > 1:
                 self._drop_oldest()
             self._changed.notify()
@@ -106,13 +111,16 @@ class LiveSink:
     def close(self) -> None:
         """Sends what waits, for two seconds at most, then leaves the network; calling it twice is harmless."""
         with self._changed:
-            if self._deadline is None:
-                self._deadline = time.monotonic() + LINGER_S
+            if self._deadline is not None:
+                return
+            self._deadline = time.monotonic() + LINGER_S
             self._changed.notify()
-        self._thread.join(2 * LINGER_S)
+        self._thread.join(LINGER_S + 1)
         with self._changed:
             while self._waiting:
                 self._drop_oldest(latched_too=True)
+        self._closer.start()
+        self._closer.join(1)
 
     def warnings(self) -> Iterator[tuple[str, str, str]]:
         """Code, where and message of what was lost; call it after `close`."""
@@ -149,24 +157,22 @@ class LiveSink:
         self._announced_at[topic.name] = time.monotonic()
 
     def _subscribe(self, topic: Topic) -> None:
-        self.transport.subscribe(topic, lambda data: self._inbox.put(Received(topic.name, topic.type_name, data)))
+        inbox = self._inbox
+        self.transport.subscribe(topic, lambda data: inbox.put(Received(topic.name, topic.type_name, data)))
 
     def _drop_oldest(self, *, latched_too: bool = False) -> None:
-        place = next((at for at, one in enumerate(self._waiting) if latched_too or not _is_latched(one)), 0)
+        place = next((at for at, one in enumerate(self._waiting) if latched_too or not one.latched), 0)
         message = self._waiting[place]
         del self._waiting[place]
-        self._waiting_bytes -= len(message.cdr())
+        self._waiting_bytes -= len(message.data)
         self.counts[message.topic].dropped += 1
 
     def _run(self) -> None:
-        try:
-            while (task := self._next()) is not None:
-                self._do(task)
-            self.transport.flush(max(0.0, (self._deadline or 0.0) - time.monotonic()))
-        finally:
-            self.transport.close()
+        while (task := self._next()) is not None:
+            self._do(task)
+        self.transport.flush(max(0.0, (self._deadline or 0.0) - time.monotonic()))
 
-    def _next(self) -> _Task | Message | None:
+    def _next(self) -> _Task | Outgoing | None:
         """The next thing to do, topics before messages; None when the sink closes and all is sent or time is over."""
         with self._changed:
             while True:
@@ -176,13 +182,13 @@ class LiveSink:
                     return self._tasks.popleft()
                 if self._waiting:
                     message = self._waiting.popleft()
-                    self._waiting_bytes -= len(message.cdr())
+                    self._waiting_bytes -= len(message.data)
                     return message
                 if self._deadline is not None:
                     return None
                 self._changed.wait()
 
-    def _do(self, task: _Task | Message) -> None:
+    def _do(self, task: _Task | Outgoing) -> None:
         count = self.counts[task.topic]
         try:
             if isinstance(task, _Task):
@@ -193,7 +199,7 @@ class LiveSink:
                 count.sent += 1
         except Exception as error:  # a network's library may raise anything; a run goes on without its listeners
             count.reason = str(error) if isinstance(error, NotSentError) else reason_of(error)
-            count.not_sent += isinstance(task, Message)
+            count.not_sent += isinstance(task, Outgoing)
 
     def _await_listener(self, topic: str) -> None:
         announced = self._announced_at.pop(topic, None)
@@ -201,7 +207,3 @@ class LiveSink:
             if self._deadline is not None or time.monotonic() > announced + DISCOVERY_S:
                 return
             time.sleep(0.005)
-
-
-def _is_latched(message: Message) -> bool:
-    return message.quality.durability == "transientLocal"

@@ -3,14 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Protocol
 
 from graph.sim.messages.bus import Topic
-from graph.sim.messages.message import Message
 
 
 class NotSentError(Exception):
     """A message that could not be sent, and why, in a few words."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outgoing:
+    """A message to send: CDR bytes, the simulation time of its publication, whether late listeners get it."""
+
+    topic: str
+    type_name: str
+    data: bytes
+    sent_ns: int
+    latched: bool
 
 
 class Transport(Protocol):
@@ -25,7 +36,7 @@ class Transport(Protocol):
     def matched(self, topic: str) -> bool:
         """Whether an announced topic has found a listener."""
 
-    def send(self, message: Message) -> None:
+    def send(self, message: Outgoing) -> None:
         """Sends a message of an announced topic; waits a second at most. Raises NotSentError if it cannot be sent."""
 
     def subscribe(self, topic: Topic, receive: Callable[[bytes], None]) -> None:
@@ -41,4 +52,4 @@ class Transport(Protocol):
         """Leaves the network; calling it twice is harmless."""
 
     def notes(self) -> list[tuple[str, str]]:
-        """(warning code, message) for what the network did with messages after they were sent."""
+        """(warning code, message) for messages that were lost after they were sent; called after `close`."""

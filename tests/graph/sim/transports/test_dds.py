@@ -1,30 +1,19 @@
 """A run on ROS 2 topics over DDS, received in a process of its own with Cyclone DDS's own types."""
 
-import json
 import os
 
 import pytest
 
-from tests.support.live_rig import CLOUDS, POINTS, digests, heard, listening, recorded, run_rig, write_rig
+from tests.support.live_rig import CLOUDS, POINTS, digests, heard, listening, recorded, ros_domain, run_rig, write_rig
 
 pytest.importorskip("cyclonedds", reason="pip install 'tickgraph[dds]'")
-
-LOOPBACK = (
-    '<CycloneDDS><Domain Id="any"><General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'
-    "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
-    '<Peers><Peer address="localhost"/></Peers></Discovery></Domain></CycloneDDS>'
-)
-
-
-def environment(domain):
-    return {**os.environ, "ROS_DOMAIN_ID": str(domain), "CYCLONEDDS_URI": LOOPBACK.replace("any", str(domain))}
 
 
 def test_a_ros_2_program_receives_every_cloud_and_drives_the_robot(tmp_path):
     file, out = write_rig(tmp_path), tmp_path / "out"
     domain = 100 + os.getpid() % 100
-    with listening("dds", CLOUDS, environment=environment(domain)) as listener:
-        run_rig(file, out, "--live", "dds", environment=environment(domain))
+    with listening("dds", CLOUDS, environment=ros_domain(domain)) as listener:
+        report = run_rig(file, out, "--live", "dds", environment=ros_domain(domain))
         said = heard(listener)
     clouds = said["clouds"][:CLOUDS]
     assert [points for points, _ in clouds] == [POINTS] * CLOUDS
@@ -38,6 +27,5 @@ def test_a_ros_2_program_receives_every_cloud_and_drives_the_robot(tmp_path):
     # As ROS 2 Jazzy prints it: `ros2 topic info -v` of a PointCloud2.
     assert points["user_data"].startswith("typehash=RIHS01_")
     assert (points["reliable"], points["durability"]) == (True, "Policy.Durability.Volatile")
-    report = json.loads((out / "report.json").read_text(encoding="utf8"))
     assert report["live"]["dds"]["topics"]["/points"] == {"sent": 32, "dropped": 0, "not_sent": 0, "received": 0}
     assert report["live"]["dds"]["topics"]["/cmd_vel"]["received"] == len(recorded(out, "/cmd_vel")) > 0

@@ -1,19 +1,11 @@
 """A run served to Foxglove, received by a WebSocket client in a process of its own."""
 
-import socket
-
 import pytest
 
-from tests.support.live_rig import CLOUDS, digests, heard, listening, recorded, run_rig, write_rig
+from tests.support.live_rig import CLOUDS, digests, free_port, heard, listening, recorded, run_rig, write_rig
 
 pytest.importorskip("foxglove", reason="pip install 'tickgraph[foxglove]'")
 pytest.importorskip("websockets", reason="the client of this test")
-
-
-def free_port():
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return one.getsockname()[1]
 
 
 def test_a_client_receives_the_bytes_of_the_recording_and_drives_the_robot(tmp_path):

@@ -8,7 +8,7 @@ import pytest
 from graph.sim import App
 from graph.sim.messages.bus import MessageBus
 from graph.sim.messages.quality import Quality
-from graph.sim.messages.ros_types import message_type, serialize
+from graph.sim.messages.ros_types import deserialize, message_type, serialize
 from graph.sim.transports.sink import LiveSink
 from graph.sim.transports.transport import NotSentError
 
@@ -36,9 +36,10 @@ class Gate:
     def send(self, message):
         self.reached.set()
         self.open.wait(20)
-        if message.message.data == "bad":
+        text = deserialize(message.data, message.type_name).data
+        if text == "bad":
             raise NotSentError("it is bad")
-        self.sent.append(message.message.data)
+        self.sent.append(text)
 
     def subscribe(self, topic, receive):
         self.receivers[topic.name] = receive

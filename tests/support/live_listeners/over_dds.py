@@ -1,7 +1,9 @@
-"""Listens over DDS with Eclipse Cyclone DDS's own types: `dds.py CLOUDS`. Knows nothing of the sender's code."""
+"""Listens over DDS with Eclipse Cyclone DDS's own types: `over_dds.py CLOUDS`; with `stall` it stops at the first."""
 
 import hashlib
 import json
+import os
+import signal
 import sys
 import time
 from dataclasses import dataclass
@@ -134,6 +136,8 @@ def main():
             if isinstance(cloud, PointCloud2):
                 received.append([cloud.width, hashlib.sha256(cloud.serialize()).hexdigest()])
                 last = time.monotonic()
+                if "stall" in sys.argv:
+                    os.kill(os.getpid(), signal.SIGSTOP)
         for message in odometry.take(N=1000):
             if isinstance(message, Odometry):
                 travelled = message.pose.pose.position.x

@@ -1,7 +1,9 @@
-"""Listens to a Foxglove server with a plain WebSocket client: `foxglove.py CLOUDS PORT`; `... stall` never reads on."""
+"""Listens to a Foxglove server with a WebSocket client: `over_foxglove.py CLOUDS PORT`; `stall`: until the first."""
 
 import hashlib
 import json
+import os
+import signal
 import struct
 import sys
 import time
@@ -11,7 +13,7 @@ from websockets.sync.client import connect
 
 
 def main():
-    wanted, port, stalls = int(sys.argv[1]), sys.argv[2], "stall" in sys.argv[3:]
+    wanted, port = int(sys.argv[1]), sys.argv[2]
     print("ready", flush=True)
     end = time.monotonic() + 60
     while True:
@@ -48,14 +50,14 @@ def main():
                         channels[channel["id"]] = channel
                         subscription = {"id": channel["id"], "channelId": channel["id"]}
                         socket.send(json.dumps({"op": "subscribe", "subscriptions": [subscription]}))
-                    if stalls and "/points" in [channel["topic"] for channel in channels.values()]:
-                        time.sleep(60)
                 elif data[0] == 1:
                     number, log_ns = struct.unpack_from("<IQ", data, 1)
                     topic, message = channels[number]["topic"], data[13:]
                     if topic == "/points":
                         received.append([channels[number]["schemaName"], hashlib.sha256(message).hexdigest()])
                         stamps.append(log_ns)
+                        if "stall" in sys.argv:
+                            os.kill(os.getpid(), signal.SIGSTOP)
                     elif topic == "/odom":
                         # The header of 4 bytes, stamp, two texts, then float64 on the next multiple of 8.
                         at = 12
