@@ -100,6 +100,10 @@ def print_table(report: Report, console: Console) -> None:
     clocks.add_row("physics", _decimal(report["simulation_time"]), f"{report['physics_steps']:,} steps")
     clocks.add_row("renderer", _decimal(report["external_time"]), f"{_frames(report):,} frames")
     console.print(clocks)
+    for name, live in report.get("live", {}).items():
+        counts = [sum(topic[what] for topic in live["topics"].values()) for what in ("sent", "dropped", "received")]
+        said = "{:,} sent, {:,} dropped, {:,} received".format(*counts)
+        console.print(f"live {name}: {live['place']}: {said}", highlight=False, markup=False, soft_wrap=True)
     for line in report["silent"]:
         console.print(f"silent: {safe_line(line)}", highlight=False, markup=False, soft_wrap=True)
     console.print(_wall_line(report), highlight=False, soft_wrap=True)

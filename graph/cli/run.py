@@ -129,6 +129,8 @@ def run(args: argparse.Namespace) -> int:
                 app.bus.subscribe(frames)
                 player = play_into(app, sources) if sources else None
                 live = [connect(app, target) for target in targets]
+                for sink in live:
+                    tell(f"live {sink.name}: {sink.transport.place}")
                 started = time.perf_counter()
                 # Physics is built here: a scene that cannot be simulated is refused before anything is written.
                 app.play()

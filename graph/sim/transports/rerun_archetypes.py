@@ -74,8 +74,8 @@ def _image(rerun: Any, topic: str, message: Any) -> Logged:
     rows = np.asarray(message.data, np.uint8).reshape(height, message.step)
     if message.encoding in _COLOURS:
         model, channels = _COLOURS[message.encoding]
-        pixels = rows[:, : width * channels].tobytes()
-        yield topic, rerun.Image(bytes=pixels, width=width, height=height, color_model=model, datatype="u8")
+        data = rows[:, : width * channels].tobytes()
+        yield topic, rerun.Image(bytes=data, width=width, height=height, color_model=model, datatype="u8")
     elif message.encoding in _DEPTHS:
         form, metre = _DEPTHS[message.encoding]
         pixels = rows[:, : width * np.dtype(form).itemsize].copy().view(f"<{form}")

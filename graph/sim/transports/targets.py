@@ -25,20 +25,20 @@ _MOST_DOMAIN = 232
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """A kind of transport: the module here that has its `open_transport`, the library, and the usual port, if any."""
+    """A kind of transport: the module here with its `open_transport`, the libraries, and the usual port, if any."""
 
     module: str
-    library: str
+    libraries: tuple[str, ...]
     port: int | None
 
 
 KINDS = {
-    "foxglove": Kind("foxglove", "foxglove", 8765),
-    "rerun": Kind("rerun", "rerun", 9876),
-    "dds": Kind("dds", "cyclonedds", None),
-    "zenoh": Kind("zenoh", "zenoh", 7447),
+    "foxglove": Kind("foxglove", ("foxglove",), 8765),
+    "rerun": Kind("rerun", ("rerun",), 9876),
+    "dds": Kind("dds", ("cyclonedds",), None),
+    "zenoh": Kind("zenoh", ("zenoh", "xxhash"), 7447),
 }
-"""By the name of `--live`, which is also the name of the extra that installs the library."""
+"""By the name of `--live`, which is also the name of the extra that installs the libraries."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,8 +97,9 @@ def _read(text: str) -> Target:
             f"--live {text}: there is no transport {name!r}"
             + did_you_mean(name, KINDS, otherwise=f"there are {', '.join(KINDS)}")
         )
-    if importlib.util.find_spec(kind.library) is None:
-        raise UserError(f"--live {name} needs the package {kind.library}: pip install 'tickgraph[{name}]'")
+    for library in kind.libraries:
+        if importlib.util.find_spec(library) is None:
+            raise UserError(f"--live {name} needs the package {library}: pip install 'tickgraph[{name}]'")
     host, port = (LOOPBACK, kind.port or 0) if not colon else _place(text, place, kind.port)
     return Target(name, host, port, _domain() if name in ("dds", "zenoh") else 0)
 

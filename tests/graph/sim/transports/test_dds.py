@@ -8,6 +8,15 @@ from tests.support.live_rig import CLOUDS, POINTS, digests, heard, listening, re
 
 pytest.importorskip("cyclonedds", reason="pip install 'tickgraph[dds]'")
 
+from cyclonedds.core import Policy
+
+from graph.sim.messages.quality import Quality
+from graph.sim.transports.dds import qos
+
+STRING_HASH = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
+CLOUD_HASH = "RIHS01_9198cabf7da3796ae6fe19c4cb3bdd3525492988c70522628af5daa124bae2b5"
+"""Of std_msgs/msg/String and sensor_msgs/msg/PointCloud2, as `ros2 topic info -v` prints them."""
+
 
 def test_a_ros_2_program_receives_every_cloud_and_drives_the_robot(tmp_path):
     file, out = write_rig(tmp_path), tmp_path / "out"
@@ -24,8 +33,36 @@ def test_a_ros_2_program_receives_every_cloud_and_drives_the_robot(tmp_path):
     assert steps == {16_666_666, 16_666_667}
     points = said["endpoints"]["rt/points"]
     assert points["type"] == "sensor_msgs::msg::dds_::PointCloud2_"
-    # As ROS 2 Jazzy prints it: `ros2 topic info -v` of a PointCloud2.
-    assert points["user_data"].startswith("typehash=RIHS01_")
+    assert points["user_data"] == f"typehash={CLOUD_HASH};"
     assert (points["reliable"], points["durability"]) == (True, "Policy.Durability.Volatile")
     assert report["live"]["dds"]["topics"]["/points"] == {"sent": 32, "dropped": 0, "not_sent": 0, "received": 0}
     assert report["live"]["dds"]["topics"]["/cmd_vel"]["received"] == len(recorded(out, "/cmd_vel")) > 0
+
+
+@pytest.mark.parametrize(
+    ("quality", "wanted"),
+    [
+        (Quality(), ("Reliable", "KeepLast(depth=10)", "Volatile")),
+        (Quality(reliability="bestEffort", depth=5), ("BestEffort", "KeepLast(depth=5)", "Volatile")),
+        (Quality(durability="transientLocal", depth=1), ("Reliable", "KeepLast(depth=1)", "TransientLocal")),
+        (Quality(history="keepAll"), ("Reliable", "KeepAll", "Volatile")),
+        # What the system decides: as rmw_cyclonedds decides it.
+        (Quality("systemDefault", 0, "systemDefault", "systemDefault"), ("Reliable", "KeepLast(depth=1)", "Volatile")),
+    ],
+)
+def test_the_offered_quality_of_service_is_that_of_the_profile(quality, wanted):
+    policies = qos(quality, "std_msgs/msg/String")
+    found = [str(policies[getattr(Policy, name)]) for name in ("Reliability", "History", "Durability")]
+    assert all(part in text for part, text in zip(wanted, found, strict=True)), found
+    assert policies[Policy.Userdata].data == f"typehash={STRING_HASH};".encode()
+    assert policies[Policy.DataRepresentation].use_cdrv0_representation
+
+
+def test_deadlines_lifespans_and_leases_of_0_are_none():
+    policies = qos(Quality(deadline_ns=5, lifespan_ns=6, liveliness="manualByTopic", lease_ns=7), "std_msgs/msg/String")
+    assert policies[Policy.Deadline].deadline == 5
+    assert policies[Policy.Lifespan].lifespan == 6
+    assert policies[Policy.Liveliness] == Policy.Liveliness.ManualByTopic(lease_duration=7)
+    usual = qos(Quality(), "std_msgs/msg/String")
+    assert Policy.Deadline not in usual
+    assert Policy.Lifespan not in usual
