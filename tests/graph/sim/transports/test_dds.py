@@ -1,6 +1,7 @@
 """A run on ROS 2 topics over DDS, received in a process of its own with Cyclone DDS's own types."""
 
 import os
+import time
 
 import pytest
 
@@ -8,10 +9,18 @@ from tests.support.live_rig import CLOUDS, POINTS, digests, heard, listening, re
 
 pytest.importorskip("cyclonedds", reason="pip install 'tickgraph[dds]'")
 
-from cyclonedds.core import Policy
+from cyclonedds.core import Policy, Qos
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.idl import make_idl_struct
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
 
+from graph.sim.messages.bus import MessageBus
 from graph.sim.messages.quality import Quality
-from graph.sim.transports.dds import qos
+from graph.sim.messages.ros_types import message_type
+from graph.sim.transports.dds import open_transport, qos
+from graph.sim.transports.sink import LiveSink
+from graph.sim.transports.targets import read_targets
 
 STRING_HASH = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
 CLOUD_HASH = "RIHS01_9198cabf7da3796ae6fe19c4cb3bdd3525492988c70522628af5daa124bae2b5"
@@ -66,3 +75,23 @@ def test_deadlines_lifespans_and_leases_of_0_are_none():
     usual = qos(Quality(), "std_msgs/msg/String")
     assert Policy.Deadline not in usual
     assert Policy.Lifespan not in usual
+
+
+def test_a_late_reader_gets_the_last_message_of_a_latched_topic(monkeypatch):
+    domain = 100 + os.getpid() % 100
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
+    bus, text = MessageBus(), message_type("std_msgs/msg/String")
+    sink = LiveSink("dds", open_transport(read_targets(["dds"])[0]), bus)
+    bus.subscribe(sink)
+    bus.advertise("/latched", "std_msgs/msg/String", quality=Quality(durability="transientLocal", depth=1))
+    for said in ("first", "last"):
+        bus.publish("/latched", "std_msgs/msg/String", text(said), 0)
+    while sink.counts["/latched"].sent < 2:
+        time.sleep(0.01)
+    string = make_idl_struct("String_", "std_msgs.msg.dds_.String_", {"data": str})
+    participant = DomainParticipant(domain)
+    wanted = Qos(Policy.Reliability.Reliable(10**8), Policy.Durability.TransientLocal, Policy.History.KeepAll)
+    reader = DataReader(participant, Topic(participant, "rt/latched", string), wanted)
+    found = [sample.data for sample in reader.take_iter(timeout=10**9)]
+    sink.close()
+    assert found == ["last"]

@@ -1,13 +1,18 @@
 """A run on ROS 2 topics over zenoh, received by a plain zenoh session in a process of its own."""
 
+import json
 import os
 import re
+import time
 
 import pytest
 
-from graph.sim.messages.bus import Topic
+from graph.sim.messages.bus import MessageBus, Topic
 from graph.sim.messages.quality import Quality
+from graph.sim.messages.ros_types import deserialize, message_type
 from graph.sim.transports.rmw_zenoh import attachment, gid, node_token, quality_key, topic_key, topic_token
+from graph.sim.transports.sink import LiveSink
+from graph.sim.transports.targets import Target
 from tests.support.live_rig import CLOUDS, digests, free_port, heard, listening, recorded, run_rig, write_rig
 
 HASH = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
@@ -67,3 +72,38 @@ def test_a_ros_2_program_receives_every_cloud_and_drives_the_robot(tmp_path):
     assert {cloud["gid"] for cloud in clouds} == {gid(points).hex()}
     assert any("/MS/%/%/tickgraph/%cmd_vel/" in token for token in said["tokens"])
     assert any(token.endswith("/NN/%/%/tickgraph") for token in said["tokens"])
+
+
+def said(sample):
+    return deserialize(sample.payload.to_bytes(), "std_msgs/msg/String").data
+
+
+def test_a_late_subscriber_gets_the_last_message_of_a_latched_topic():
+    zenoh = pytest.importorskip("zenoh", reason="pip install 'tickgraph[zenoh]'")
+    from zenoh import ext
+
+    from graph.sim.transports.zenoh import open_transport
+
+    port, name = free_port(), "std_msgs/msg/String"
+    settings = {"mode": "router", "listen/endpoints": [f"tcp/127.0.0.1:{port}"], "scouting/multicast/enabled": False}
+    config = zenoh.Config()
+    for setting, value in settings.items():
+        config.insert_json5(setting, json.dumps(value))
+    with zenoh.open(config) as router:
+        bus, text = MessageBus(), message_type(name)
+        sink = LiveSink("zenoh", open_transport(Target("zenoh", port=port)), bus)
+        bus.subscribe(sink)
+        bus.advertise("/latched", name, quality=Quality(durability="transientLocal", depth=1))
+        for words in ("first", "last"):
+            bus.publish("/latched", name, text(words), 0)
+        while sink.counts["/latched"].sent < 2:
+            time.sleep(0.01)
+        found = []
+        history = ext.HistoryConfig(detect_late_publishers=True, max_samples=5)
+        key = topic_key(0, Topic("/latched", name))
+        ext.declare_advanced_subscriber(router, key, found.append, history=history)
+        end = time.monotonic() + 20
+        while "last" not in [said(sample) for sample in found] and time.monotonic() < end:
+            time.sleep(0.01)
+        sink.close()
+        assert said(found[-1]) == "last"
