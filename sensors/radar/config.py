@@ -17,6 +17,12 @@ from .names import attribute_name
 MOST_SCANS = 255
 """`scanIdx` is a byte."""
 
+MOST_BOUNCES = 255
+"""So is the number of faces on a way."""
+
+MOST_ANGLES = 100_000
+"""Angle cells of an axis, so that the numbers of all cells fit into 64 bits; they take no memory."""
+
 
 @dataclass(frozen=True, slots=True)
 class ScanConfig:
@@ -162,6 +168,8 @@ class ScanConfig:
                 yield f"{attribute_name(name)} = {getattr(self, name):g} is beyond 90 deg; it is half the field of view"
         if not self.max_vel_mps_sequence or min(self.max_vel_mps_sequence) <= 0:
             yield "maxVelMpsSequence needs velocities above 0"
+        if self.time_offset_usec * 1000 >= 2**31:
+            yield f"timeOffsetUsec = {self.time_offset_usec:g} does not fit; in ns it has 31 bits, 2.1 s"
         if len(self.rcs_tuning_coefficients) != 3 or self.rcs_tuning_coefficients[1] <= 0:
             yield "rcsTuningCoefficients are three: a threshold [dBsm], a factor above 0, a noise scale"
 
@@ -172,6 +180,9 @@ class ScanConfig:
             yield f"raysPerDeg {self.rays_per_deg:g} makes {across * up:,} rays; {allowed('radar.rays')}"
         if self.cells() > most("radar.cells"):
             yield f"it has {self.cells():,} range and velocity cells; {allowed('radar.cells')}"
+        angles = self.azimuths().count, self.heights().count
+        if max(angles) > MOST_ANGLES:
+            yield f"it has {angles[0]:,} azimuth and {angles[1]:,} elevation cells; at most {MOST_ANGLES:,} of each"
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,6 +220,13 @@ class RadarConfig:
         ]
         if not 1e-2 <= self.wave_length_mm <= 1e3:
             problems.append(f"waveLengthMm = {self.wave_length_mm:g}; give 0.01 to 1000 mm")
+        if self.trace_tree_depth > MOST_BOUNCES:
+            problems.append(
+                f"traceTreeDepth = {self.trace_tree_depth:,}; at most {MOST_BOUNCES} reflections are followed"
+            )
+        trafo = self.custom_frame_of_reference_trafo
+        if len(trafo) not in (0, 6) or not all(map(math.isfinite, trafo)):
+            problems.append("customFrameOfReferenceTrafo is six finite numbers: x, y, z [m], roll, pitch, yaw [deg]")
         if not 1 <= len(self.scans) <= MOST_SCANS:
             problems.append(f"it has {len(self.scans)} scan configurations; 1 to {MOST_SCANS} fit")
         for scan in self.scans:

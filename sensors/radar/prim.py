@@ -60,6 +60,9 @@ def _values(prim: Usd.Prim, kind: type[Any], prefix: str) -> dict[str, Any]:
 
 def _without_effect(prim: Usd.Prim, scans: list[str]) -> Iterator[str]:
     """Attributes that are authored with a value that says something, and are not modelled."""
+    offset = prim.GetAttribute(f"{PREFIX}instanceTimeOffsetUsec")
+    if offset and offset.HasAuthoredValue() and offset.Get() != RadarConfig().instance_time_offset_usec:
+        yield "instanceTimeOffsetUsec"
     for scan in scans:
         for name in WITHOUT_EFFECT:
             attribute = prim.GetAttribute(f"{SCAN_PREFIX}{scan}:{name}")

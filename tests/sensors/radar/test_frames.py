@@ -63,6 +63,10 @@ def test_scans_take_turns_in_the_order_of_their_names():
         ({f"{SCAN}maxVelMpsSequence": []}, "scan s001: maxVelMpsSequence needs velocities above 0"),
         ({f"{SCAN}raysPerDeg": 1000.0}, "rays; the limit is 10,000,000 rays; raise it with --limit radar.rays=N"),
         ({f"{SCAN}velResMps": 1e-6}, "range and velocity cells; the limit is 20,000,000 cells"),
+        ({f"{SCAN}boreAzResDeg": 1e-30}, "azimuth and 1 elevation cells; at most 100,000 of each"),
+        ({f"{SCAN}timeOffsetUsec": 1e7}, "timeOffsetUsec = 1e+07 does not fit; in ns it has 31 bits, 2.1 s"),
+        ({f"{WPM}traceTreeDepth": 256}, "traceTreeDepth = 256; at most 255 reflections are followed"),
+        ({f"{WPM}customFrameOfReferenceTrafo": [1.0, 2.0]}, "customFrameOfReferenceTrafo is six finite numbers"),
         ({f"{WPM}waveLengthMm": 0.0}, "waveLengthMm = 0; give 0.01 to 1000 mm"),
         (
             {"omni:sensor:tickRate": 20.0, "omni:sensor:frameRate": [10, 1]},
