@@ -28,7 +28,7 @@ from sensors.raycast.world import CastWorld, excluded
 from sensors.runtime import Measurement, SensorRuntime
 
 from .antenna import Antenna
-from .config import RadarConfig, ScanConfig
+from .config import MOST_BOUNCES, RadarConfig, ScanConfig
 from .cube import Cube, Grid, as_chirps_give, merged
 from .detector import Detections, detections, limits
 from .materials import Reflections
@@ -103,7 +103,7 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
         config, rays = self.config, self._app.fidelity.radar_rays
         self.coords = config.elements_coords_type
         self.frame_facts = {"frame_of_reference": config.output_frame_of_reference}
-        self._bounces = self._app.fidelity.radar_bounces or max(1, config.trace_tree_depth)
+        self._bounces = min(self._app.fidelity.radar_bounces or max(1, config.trace_tree_depth), MOST_BOUNCES)
         for scan in config.scans:
             across, up = scan.grid(rays)
             check("radar.rays", across * up, f"{self.path}: scan {scan.name} casts {across * up:,} rays")
