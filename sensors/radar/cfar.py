@@ -8,11 +8,15 @@ chapter 6.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+
+MOST_PAIRS = 2_000_000
+"""Pairs of cells that are looked at together."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,29 +96,52 @@ def _box_sizes(shape: Sequence[int], halves: Sequence[int], axes: Sequence[Axis]
 
 
 def sparse_noise_level(cells: np.ndarray, power: np.ndarray, shape: Sequence[int], axes: Sequence[Axis]) -> np.ndarray:
-    """`noise_level` at the cells (k,) of an array of this shape that is 0 elsewhere.
+    """`noise_level` at the cells (k,) of an array of this shape, of two axes or more, that is 0 elsewhere.
 
-    cells: (k,) int64, rising, numbers in C order. Windows longer than an axis that wraps count a cell once.
+    cells: (k,) int64, rising, numbers in C order. Windows longer than an axis that wraps count a cell once. Neighbours
+    along the last axes lie side by side in the list, so that each step along the first ones looks at a run of it.
     """
     index = np.stack(np.unravel_index(cells, shape))
+    outer, inner = [a.training + a.guard for a in axes], [a.guard for a in axes]
+    last = max(1, len(shape) - 2)
+    rest, length = math.prod(shape[last + 1 :]), shape[last]
+    low = np.maximum(index[last] - outer[last], 0)
+    high = np.minimum(index[last] + outer[last], length - 1) + 1
+    if axes[last].wraps:
+        low, high = np.zeros_like(low), np.full_like(high, length)
     total = np.zeros(len(cells))
-    for halves, sign in (([a.training + a.guard for a in axes], 1.0), ([a.guard for a in axes], -1.0)):
-        steps = [
-            np.arange(length) if axis.wraps and 2 * half + 1 >= length else np.arange(-half, half + 1)
-            for half, axis, length in zip(halves, axes, shape, strict=True)
-        ]
-        for step in np.stack(np.meshgrid(*steps, indexing="ij"), -1).reshape(-1, len(shape)):
-            at = index + step[:, None]
-            inside = np.ones(len(cells), bool)
-            for row, axis, length in zip(at, axes, shape, strict=True):
+    ways = [_steps(axis, half, size) for axis, half, size in zip(axes[:last], outer, shape, strict=False)]
+    for steps in itertools.product(*ways):
+        inside, before = np.ones(len(cells), bool), np.zeros(len(cells), np.int64)
+        guarded = True
+        for step, place, axis, size, guard in zip(steps, index, axes, shape, inner, strict=False):
+            at = (place + step) % size if axis.wraps else place + step
+            inside &= (at >= 0) & (at < size)
+            before = before * size + at
+            guarded &= (min(step % size, -step % size) if axis.wraps else abs(step)) <= guard
+        begin, end = (np.searchsorted(cells, (before * length + ends) * rest) for ends in (low, high))
+        counts = np.where(inside, end - begin, 0)
+        share = np.cumsum(counts) // MOST_PAIRS
+        for rows in np.split(np.arange(len(cells)), np.flatnonzero(np.diff(share)) + 1):
+            one = np.repeat(rows, counts[rows])
+            two = np.arange(len(one)) + np.repeat(begin[rows] - np.cumsum(counts[rows]) + counts[rows], counts[rows])
+            near, own = np.ones(len(one), bool), np.full(len(one), guarded)
+            for place, axis, size, wide, guard in list(zip(index, axes, shape, outer, inner, strict=True))[last:]:
+                away = np.abs(place[one] - place[two])
                 if axis.wraps:
-                    row %= length
-                else:
-                    inside &= (row >= 0) & (row < length)
-            number = np.ravel_multi_index(tuple(at[:, inside]), tuple(shape))
-            place = np.minimum(np.searchsorted(cells, number), max(len(cells) - 1, 0))
-            total[inside] += sign * np.where(cells[place] == number, power[place], 0.0) if len(cells) else 0.0
-    return np.asarray(np.maximum(total, 0.0) / np.maximum(_counts(index, shape, axes), 1.0))
+                    away = np.minimum(away, size - away)
+                near &= away <= wide
+                own &= away <= guard
+            near &= ~own
+            total += np.bincount(one[near], power[two[near]], len(cells))
+    return np.asarray(total / np.maximum(_counts(index, shape, axes), 1.0))
+
+
+def _steps(axis: Axis, half: int, size: int) -> range:
+    """The steps along an axis within a window, each cell once."""
+    if axis.wraps and 2 * half + 1 >= size:
+        return range(size)
+    return range(-min(half, size - 1), min(half, size - 1) + 1)
 
 
 def _counts(index: np.ndarray, shape: Sequence[int], axes: Sequence[Axis]) -> np.ndarray:
