@@ -100,24 +100,34 @@ def read_lighting(
     return Lighting(tuple(lights), sky)
 
 
-def irradiance(light: Light, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    """(k,) float32, times `Light.color` [lux]; points (3, k) [m, from the camera], normals (3, k) unit, float32."""
+def irradiance(light: Light, points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(k,) float32, times `Light.color` [lux], and the place that it comes from, (3, k) or (3, 1) [m, from the camera]:
+    of several patches their mean, each as far as it counts.
+
+    points (3, k) [m, from the camera], normals (3, k) unit, float32.
+    """
+    place = light.place[:, None]
     if light.far:
-        return np.asarray(np.maximum(_dot(light.place, normals), np.float32(0)))
+        return np.maximum(_dot(light.place, normals), np.float32(0)), place
     if light.carried:
         cosine = (-points * normals).sum(axis=0) / np.maximum(np.sqrt((points * points).sum(axis=0)), np.float32(1e-6))
-        return np.asarray(np.maximum(cosine, np.float32(0)))
-    total = np.zeros(points.shape[1], np.float32)
+        return np.maximum(cosine, np.float32(0)), place
+    total, mean = np.zeros(points.shape[1], np.float32), np.zeros_like(points)
     for patch in light.patches:
         way = patch[:, None] - points
         squared = np.maximum((way * way).sum(axis=0), np.float32(1e-12))
         cosine = np.maximum((way * normals).sum(axis=0), np.float32(0))
         if light.flat:
             cosine *= np.maximum(-_dot(light.axis, way), np.float32(0))
-            total += cosine / (squared * squared)
+            cosine /= squared * squared
         else:
-            total += cosine / (squared * np.sqrt(squared))
-    return np.asarray(total if light.cone is None else total * _cone(light, points))
+            cosine /= squared * np.sqrt(squared)
+        total += cosine
+        if len(light.patches) > 1:
+            mean += cosine * patch[:, None]
+    if len(light.patches) > 1:
+        place = mean / np.maximum(total, np.float32(1e-30))
+    return total if light.cone is None else total * _cone(light, points), place
 
 
 def _cone(light: Light, points: np.ndarray) -> np.ndarray:

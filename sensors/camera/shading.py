@@ -56,11 +56,12 @@ def _reflected(
     lit = np.empty((3, len(rows)), np.float32)
     lit[:] = np.float32(np.pi) * lighting.sky[:, None]
     for light in lighting.lights:
-        light_there = irradiance(light, points, facing)
+        light_there, place = irradiance(light, points, facing)
         if light.color.any():
             if light.shadows:
                 towards = np.flatnonzero(light_there > 0)
-                dark = _blocked(light, above[:, towards], shadows, view.bundle.origin, state)
+                from_there = place if place.shape[1] == 1 else place[:, towards]
+                dark = _blocked(light, from_there, above[:, towards], shadows, view.bundle.origin, state)
                 light_there[towards[dark]] = 0
             for axis in range(3):
                 lit[axis] += light.color[axis] * light_there
@@ -68,9 +69,11 @@ def _reflected(
     return found + looks.emitted_of(view.hits, rows, surfaces) if looks.emits else np.asarray(found)
 
 
-def _blocked(light: Light, points: np.ndarray, shadows: Shadows, origin: np.ndarray, state: Any) -> np.ndarray:
+def _blocked(
+    light: Light, place: np.ndarray, points: np.ndarray, shadows: Shadows, origin: np.ndarray, state: Any
+) -> np.ndarray:
     ways = np.empty(points.T.shape, np.float32)
-    ways[:] = light.place if light.far else light.place - points.T
+    ways[:] = (place if light.far else place - points).T
     return shadows.blocked(origin, np.ascontiguousarray(points.T), ways, state, far=light.far)
 
 

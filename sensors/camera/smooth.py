@@ -1,8 +1,6 @@
-"""Normals of curved surfaces: those that meshes author, and the true ones of spheres, cylinders, cones and capsules.
+"""Normals that meshes author: each corner of a triangle has one; weighted as the place in it is, they give its own.
 
-Each corner of a triangle has a vector; weighted as the place in the triangle is, they give the normal's direction. For
-the solids that is exact: the gradient of their equations is linear in the place, x y z on a sphere, x y 0 on the side
-of a cylinder, and h x, h y, (r0 - r1) r(z) on that of a cone between the radii r0 and r1, of height h and radius r(z).
+Rays meet spheres, cylinders, cones and capsules by formula, with their true normals (`mesh.solids`).
 """
 
 from __future__ import annotations
@@ -13,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graph.sim.arrays import array_of, number_of
+from graph.sim.arrays import array_of
 from graph.sim.geometry.surfaces import Mesh
 from sensors.raycast.world import CastWorld, soft_prim
 
@@ -24,7 +22,6 @@ from .view import View
 if TYPE_CHECKING:
     from graph.sim import App
 
-ROUND = ("Sphere", "Cylinder", "Cylinder_1", "Cone", "Capsule", "Capsule_1")
 FLAT = 1e-4
 """Normals that differ by less than this from the triangle's do not make a surface smooth."""
 
@@ -79,11 +76,10 @@ def _smooth(surface: Any, painter: Painter, world: CastWorld) -> Smooth | None:
     if not isinstance(surface, Mesh) or surface.frame is None or soft_prim(surface, world.soft):
         return None
     prim = painter.gprim(surface)
-    kind = str(prim.GetTypeName()) if prim else ""
-    if kind not in ROUND and kind != "Mesh":
+    if not prim or str(prim.GetTypeName()) != "Mesh":
         return None
     corners = surface.vertices[surface.triangles.astype(np.intp)]
-    normals = _of_solid(prim, kind, surface, corners) if kind in ROUND else _authored(prim, surface, painter)
+    normals = _authored(prim, surface, painter)
     if normals is None:
         return None
     with np.errstate(all="ignore"):
@@ -111,30 +107,3 @@ def _authored(prim: Any, surface: Mesh, painter: Painter) -> np.ndarray | None:
         corners = painter.corners(surface) if len(given) else None
         found = None if corners is None else corners.values(given, str(schema.GetNormalsInterpolation()))
     return None if found is None or len(found) != len(surface.triangles) else found.astype(np.float64)
-
-
-def _of_solid(prim: Any, kind: str, surface: Mesh, corners: np.ndarray) -> np.ndarray:
-    """(m, 3, 3) gradients in the prim's space."""
-    assert surface.frame is not None
-    back = np.linalg.inv(surface.frame)
-    local = corners @ back[:3, :3].T + back[:3, 3]
-    if kind == "Sphere":
-        return np.asarray(local)
-    axis = "XYZ".find(str(prim.GetAttribute("axis").Get() or "Z")) % 3
-    height = number_of(prim.GetAttribute("height"))
-    bottom = number_of(prim.GetAttribute("radiusBottom" if kind.endswith("_1") else "radius"))
-    top = 0.0 if kind == "Cone" else number_of(prim.GetAttribute("radiusTop")) if kind.endswith("_1") else bottom
-    along = local[:, :, axis]
-    gradients = height * local
-    gradients[:, :, axis] = (bottom - top) * (bottom + (top - bottom) * (along / height + 0.5 if height else 0.5))
-    slack = 1e-6 * (height + bottom + top)
-    for end, sign in (
-        (np.flatnonzero((along < slack - height / 2).all(axis=1)), -1),
-        (np.flatnonzero((along > height / 2 - slack).all(axis=1)), 1),
-    ):
-        if kind.startswith("Capsule"):
-            gradients[end] = local[end]
-            gradients[end, :, axis] -= sign * height / 2
-        else:
-            gradients[end] = sign * np.eye(3)[axis]
-    return np.asarray(gradients)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pxr import Gf, Sdf, UsdGeom, UsdLux, Vt
+from pxr import Gf, Sdf, UsdGeom, UsdLux, UsdPhysics, Vt
 
 from sensors.camera.smooth import smooth_surfaces
 from sensors.raycast.shared import cast_world
@@ -128,6 +128,41 @@ def test_a_sphere_is_lit_as_one_up_to_the_edge_of_its_shadow():
     np.testing.assert_allclose(light[hit][:, 0], 0.18 / np.pi * 1000 * cosine, rtol=1e-3, atol=0.05)
     assert cosine.min() == 0
     assert cosine.max() > 0.5
+
+
+def test_normals_of_a_solid_that_moves_are_its_own():
+    with weightless() as app:
+        prim = solid(app, "Cylinder", radius=0.5, height=1.5)
+        UsdPhysics.RigidBodyAPI.Apply(prim.GetPrim())
+        normals, places = ends(app)
+        hit = np.isfinite(places).all(axis=-1)
+        local, found = in_its_space(app, prim, places[hit], normals[hit])
+    np.testing.assert_allclose(found, unit(cylinder(local)), atol=1e-4)
+
+
+def test_an_area_light_fades_around_a_sphere_without_an_edge():
+    """Sum of 4 x 4 patches of 2 x 2 m, 3 m to the left, wherever some of them are above the horizon."""
+    with weightless() as app:
+        ball = UsdGeom.Sphere.Define(app.stage, "/World/Ball")
+        UsdGeom.XformCommonAPI(ball).SetTranslate(Gf.Vec3d(*CENTRE.tolist()))
+        light = UsdLux.RectLight.Define(app.stage, "/World/Light")
+        light.CreateIntensityAttr(1e4)
+        light.CreateWidthAttr(2.0)
+        light.CreateHeightAttr(2.0)
+        UsdGeom.XformCommonAPI(light).SetTranslate(Gf.Vec3d(-3, 0, -5))
+        UsdGeom.XformCommonAPI(light).SetRotate(Gf.Vec3f(0, -90, 0))  # shines to +x
+        shown, normals, distance = look(app, add_camera(app), "HdrColor", "normals", "distance_to_camera")
+    hit = np.isfinite(distance)
+    x, y = np.meshgrid((np.arange(640) + 0.5 - 320) / 500, (np.arange(480) + 0.5 - 240) / 500)
+    points = (distance[..., None] * unit(np.stack([x, -y, -np.ones_like(x)], axis=-1)))[hit]
+    expected = np.zeros(len(points))
+    for j in (-0.75, -0.25, 0.25, 0.75):
+        for k in (-0.75, -0.25, 0.25, 0.75):
+            way = np.array([-3, j, -5 + k]) - points
+            squared = (way**2).sum(axis=1)
+            cosines = np.maximum((way * normals[hit][:, :3]).sum(axis=1), 0) * np.maximum(-way[:, 0], 0)
+            expected += 1e4 * 0.25 * cosines / squared**2
+    np.testing.assert_allclose(shown[hit][:, 0], 0.18 / np.pi * expected, rtol=2e-3, atol=0.02)
 
 
 def quad(app, normals, interpolation, attribute="normals", path="/World/Quad"):
