@@ -13,7 +13,10 @@ import numpy as np
 
 from graph.base.limits import allowed, most
 
+from . import radiance_hdr
+
 FORMATS = ("PNG", "JPEG", "BMP", "TGA", "TIFF", "WEBP")
+KNOWN = f"{', '.join(FORMATS)}, HDR"
 BYTES_A_PIXEL = 16
 """No file of these formats is larger than so much for each pixel of the limit."""
 
@@ -25,15 +28,16 @@ class ImageProblem(Exception):  # noqa: N818  (named as `graph.base.errors.Probl
 @dataclass(frozen=True, eq=False)
 class Image:
     """pixels: (height, width, channels) uint8 or uint16, the first row on top; 1 to 4 channels: grey, grey and alpha,
-    red green blue, the same and alpha.
+    red green blue, the same and alpha. rgbe: whether the fourth is the common exponent of a Radiance picture.
     """
 
     pixels: np.ndarray
+    rgbe: bool = False
 
     @property
     def colours(self) -> bool:
         """Whether it has three or four channels of 8 bits, which are sRGB if nothing else is said."""
-        return bool(self.pixels.dtype == np.uint8 and self.pixels.shape[2] >= 3)
+        return bool(self.pixels.dtype == np.uint8 and self.pixels.shape[2] >= 3 and not self.rgbe)
 
 
 class ImageFiles:
@@ -90,22 +94,29 @@ class ImageFiles:
         from PIL import Image as Pillow
         from PIL import UnidentifiedImageError
 
+        if data.startswith(radiance_hdr.MAGIC):
+            width, height, _ = radiance_hdr.picture_size(data)
+            self._count(name, width, height)
+            return Image(radiance_hdr.decoded(data), rgbe=True)
         before = Pillow.MAX_IMAGE_PIXELS
         Pillow.MAX_IMAGE_PIXELS = None  # the limit is ours, and checked before anything is decoded
         try:
             with Pillow.open(io.BytesIO(data), formats=FORMATS) as picture:
-                width, height = picture.size
-                if self._texels + width * height > most("camera.texels"):
-                    with_it = f"{name}: with its {width:,} x {height:,} pixels the textures are too large"
-                    raise ImageProblem(f"{with_it}; {allowed('camera.texels')}")
-                self._texels += width * height
+                self._count(name, *picture.size)
                 return Image(_pixels(picture))
         except UnidentifiedImageError:
-            raise ImageProblem(f"{name} is not an image of a kind that is read: {', '.join(FORMATS)}") from None
+            raise ImageProblem(f"{name} is not an image of a kind that is read: {KNOWN}") from None
         except (OSError, ValueError, SyntaxError, EOFError, IndexError, OverflowError) as error:
             raise ImageProblem(f"{name} is damaged: {error}") from error
         finally:
             Pillow.MAX_IMAGE_PIXELS = before
+
+    def _count(self, name: str, width: int, height: int) -> None:
+        """Counts the pixels of an image before they are decoded."""
+        if self._texels + width * height > most("camera.texels"):
+            with_it = f"{name}: with its {width:,} x {height:,} pixels the textures are too large"
+            raise ImageProblem(f"{with_it}; {allowed('camera.texels')}")
+        self._texels += width * height
 
 
 def _contents(file: Path, inner: str) -> bytes:

@@ -5,7 +5,7 @@ Radiances are L = intensity 2^exposure colour [nit]; irradiances follow UsdLux (
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,10 @@ import numpy as np
 
 from graph.sim.transforms import rigid_part
 
+from .image_files import ImageFiles, ImageProblem
+from .sky import Sky, SkyImage, sky_image
 from .stage_values import numbers_of
+from .textures import Texture, linear_table
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -52,10 +55,16 @@ class Light:
 
 @dataclass(frozen=True, slots=True)
 class Lighting:
-    """All lights. sky: (3,) float32 [nit], the radiance that comes from everywhere."""
+    """All lights. sky: (3,) float32 [nit], the radiance that comes from everywhere; skies: those with an image."""
 
     lights: tuple[Light, ...]
     sky: np.ndarray
+    skies: tuple[Sky, ...] = ()
+
+    @property
+    def dark(self) -> bool:
+        """Whether there is no light at all."""
+        return not (self.lights or self.skies or self.sky.any())
 
 
 def light_prims(stage: Any) -> list[Any]:
@@ -71,20 +80,29 @@ def light_prims(stage: Any) -> list[Any]:
 
 
 def read_lighting(
-    prims: list[Any], matrix_of: Callable[[str], np.ndarray], unit: float, origin: np.ndarray, warn: Warn
+    prims: list[Any],
+    images: Mapping[str, SkyImage],
+    matrix_of: Callable[[str], np.ndarray],
+    unit: float,
+    origin: np.ndarray,
+    warn: Warn,
 ) -> Lighting:
     """The lights as they are now. matrix_of: path -> world matrix (4, 4) float64 [stage units of `unit` m].
 
-    origin: of the camera, (3,) float64 [m]. warn: gets `light-not-modelled`.
+    images: of domes, by path. origin: of the camera, (3,) float64 [m]. warn: gets `light-not-modelled`.
     """
-    lights, sky = [], np.zeros(3, np.float32)
+    lights, sky, skies = [], np.zeros(3, np.float32), []
     for prim in prims:
         values = _Inputs(prim)
         if not values.visible():
             continue
         kind, path = str(prim.GetTypeName()), str(prim.GetPath())
         if kind.startswith("DomeLight"):
-            sky = sky + dome_radiance(values, path, warn)
+            if path in images:
+                turn = values.pole() @ rigid_part(matrix_of(path))[:3, :3].T
+                skies.append(Sky(images[path], values.radiance(), turn))
+            else:
+                sky = sky + values.radiance()
             if (head := values.headlight()).any():
                 nowhere = np.zeros(3, np.float32)
                 lights.append(Light(head, nowhere, nowhere[None], nowhere, carried=True, shadows=False))
@@ -97,7 +115,7 @@ def read_lighting(
             lights.append(replace(_SHAPES[kind](values, matrix), shadows=values.shadows()))
         else:
             warn("light-not-modelled", path, f"a {kind} gives no light here; use a distant, dome, sphere or area light")
-    return Lighting(tuple(lights), sky)
+    return Lighting(tuple(lights), sky, tuple(skies))
 
 
 def irradiance(light: Light, points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -205,11 +223,25 @@ def _area(values: _Inputs, matrix: np.ndarray, local: np.ndarray, area: float) -
 _SHAPES = {"SphereLight": _sphere, "RectLight": _rect, "DiskLight": _disk, "CylinderLight": _cylinder}
 
 
-def dome_radiance(values: _Inputs, path: str, warn: Warn) -> np.ndarray:
-    """(3,) float32 [nit]; of a dome with a texture without the texture's colours."""
-    if values.text("inputs:texture:file"):
-        warn("light-not-modelled", path, "the texture of its sky is not modelled: the sky has its plain colour")
-    return values.radiance()
+def sky_images(prims: list[Any], files: ImageFiles, warn: Warn) -> dict[str, SkyImage]:
+    """The images of domes by path. warn: gets `texture-not-read` and `light-not-modelled`."""
+    found = {}
+    for prim in prims:
+        values, path = _Inputs(prim), str(prim.GetPath())
+        if not str(prim.GetTypeName()).startswith("DomeLight") or not values.text("inputs:texture:file"):
+            continue
+        if (layout := values.text("inputs:texture:format")) not in ("", "automatic", "latlong"):
+            warn("light-not-modelled", path, f"its image is laid out as {layout}, not latlong: the sky has one colour")
+            continue
+        try:
+            image = files.read(prim.GetAttribute("inputs:texture:file"))
+        except ImageProblem as problem:
+            warn("texture-not-read", path, f"{problem}; the sky has one plain colour")
+            continue
+        ones = np.ones(4, np.float32)
+        texture = Texture(image, linear_table(image, "auto"), ("repeat", "clamp"), ones, 0 * ones)
+        found[path] = sky_image(texture)
+    return found
 
 
 def _placed(matrix: np.ndarray, local: np.ndarray) -> np.ndarray:
@@ -222,6 +254,9 @@ def _lengths(matrix: np.ndarray) -> np.ndarray:
 
 def _unit(vector: np.ndarray) -> np.ndarray:
     return np.asarray(vector / max(float(np.linalg.norm(vector)), 1e-12), np.float32)
+
+
+_Z_ON_TOP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
 
 
 class _Inputs:
@@ -247,6 +282,15 @@ class _Inputs:
 
     def normalized(self) -> bool:
         return bool(self._get("inputs:normalize"))
+
+    def pole(self) -> np.ndarray:
+        """(3, 3), from world axes to those of the dome where nothing turns it: its +Y is on top, as `poleAxis` says."""
+        from graph.sim.usd import UsdGeom
+
+        pole = self.text("poleAxis")
+        if pole == "scene":
+            pole = str(UsdGeom.GetStageUpAxis(self._prim.GetStage()))
+        return _Z_ON_TOP if pole == "Z" else np.eye(3)
 
     def headlight(self) -> np.ndarray:
         """(3,) float32 [lux]: that of an MJCF model (`graph.sim.mjcf.lights`)."""

@@ -13,7 +13,7 @@ from sensors.raycast.world import CastWorld
 from .config import CameraConfig
 from .cutouts import see_through
 from .image_files import ImageFiles
-from .lights import Lighting, light_prims, read_lighting
+from .lights import Lighting, light_prims, read_lighting, sky_images
 from .line_exposure import LineExposure
 from .materials import Looks, read_looks
 from .rays import CameraRays
@@ -88,10 +88,16 @@ class Pictures:
         prims = world.cache.get("camera lights")
         if prims is None:
             prims = world.cache["camera lights"] = light_prims(app.stage)
+            world.cache["camera skies"] = sky_images(prims, _files(app, world), app.warn)
         lighting = read_lighting(
-            prims, lambda path: app.fabric.world_matrix(path, state), app.meters_per_unit, pose[:3, 3], app.warn
+            prims,
+            world.cache["camera skies"],
+            lambda path: app.fabric.world_matrix(path, state),
+            app.meters_per_unit,
+            pose[:3, 3],
+            app.warn,
         )
-        if not lighting.lights and not lighting.sky.any():
+        if lighting.dark:
             app.warn("no-light", self._path, "no light shines: pictures are black; add a DistantLight or a DomeLight")
         return lighting
 
@@ -100,5 +106,11 @@ def looks_of(app: App, world: CastWorld) -> Looks:
     """The looks of all surfaces of the App's cast world."""
     found: Looks | None = world.cache.get("camera looks")
     if found is None:
-        found = world.cache["camera looks"] = read_looks(app.stage, world.surfaces, ImageFiles(app.folders), app.warn)
+        found = world.cache["camera looks"] = read_looks(app.stage, world.surfaces, _files(app, world), app.warn)
+    return found
+
+
+def _files(app: App, world: CastWorld) -> ImageFiles:
+    """The image files of the App's scene; surfaces and skies share their limit."""
+    found: ImageFiles = world.cache.setdefault("camera images", ImageFiles(app.folders))
     return found

@@ -30,7 +30,13 @@ def radiance(view: View, looks: Looks, lighting: Lighting, shadows: Shadows, sta
     """(n, 3) float32 [nit], what comes from what each ray met; the sky's where it met nothing."""
     out = np.empty((len(view.depth), 3), np.float32)
     out[:] = lighting.sky
-    hit = np.flatnonzero(np.isfinite(view.hits.distance))
+    there = np.isfinite(view.hits.distance)
+    if lighting.skies:
+        missed = np.flatnonzero(~there)
+        directions = np.take(view.bundle.directions, missed, axis=1)
+        for sky in lighting.skies:
+            out[missed] += sky.radiance(directions)
+    hit = np.flatnonzero(there)
     normals = view.facing_normals()
     for first in range(0, len(hit), CHUNK):
         rows = hit[first : first + CHUNK]
@@ -55,6 +61,8 @@ def _reflected(
     above = points + facing * (height if view.lift is None else height + view.lift[rows])
     lit = np.empty((3, len(rows)), np.float32)
     lit[:] = np.float32(np.pi) * lighting.sky[:, None]
+    for sky in lighting.skies:
+        lit += sky.irradiance(facing)
     for light in lighting.lights:
         light_there, place = irradiance(light, points, facing)
         if light.color.any():

@@ -48,14 +48,18 @@ class Texture:
             weight = wide * (share[0] if right else 1 - share[0])
             for down in (0, 1):
                 rows, tall = _wrapped(low[1] + down, height, self.wraps[1])
-                found = self._linear(self.image.pixels[rows, columns])
+                found = self.linear(self.image.pixels[rows, columns])
                 total += found * (weight * tall * (share[1] if down else 1 - share[1]))[:, None]
         return total
 
-    def _linear(self, numbers: np.ndarray) -> np.ndarray:
+    def linear(self, numbers: np.ndarray) -> np.ndarray:
         """Pixels (k, channels) as linear red, green, blue, alpha."""
         out = np.ones((len(numbers), 4), np.float32)
         channels = numbers.shape[1]
+        if self.image.rgbe:
+            exponent = numbers[:, 3:].astype(np.int32) - 136
+            out[:, :3] = np.where(numbers[:, 3:] > 0, np.ldexp(numbers[:, :3].astype(np.float32), exponent), 0)
+            return out
         out[:, :3] = np.take(self.table, numbers[:, :3] if channels >= 3 else numbers[:, :1])
         if channels in (2, 4):
             out[:, 3] = numbers[:, -1] / np.float32(len(self.table) - 1)
