@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import warnings
 import zipfile
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ from . import radiance_hdr
 
 FORMATS = ("PNG", "JPEG", "BMP", "TGA", "TIFF", "WEBP")
 KNOWN = f"{', '.join(FORMATS)}, HDR"
-BYTES_A_PIXEL = 16
+BYTES_A_PIXEL = 8
 """No file of these formats is larger than so much for each pixel of the limit."""
 
 
@@ -101,12 +102,16 @@ class ImageFiles:
         before = Pillow.MAX_IMAGE_PIXELS
         Pillow.MAX_IMAGE_PIXELS = None  # the limit is ours, and checked before anything is decoded
         try:
-            with Pillow.open(io.BytesIO(data), formats=FORMATS) as picture:
-                self._count(name, *picture.size)
-                return Image(_pixels(picture))
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                with Pillow.open(io.BytesIO(data), formats=FORMATS) as picture:
+                    self._count(name, *picture.size)
+                    return Image(_pixels(picture))
+        except ImageProblem:
+            raise
         except UnidentifiedImageError:
             raise ImageProblem(f"{name} is not an image of a kind that is read: {KNOWN}") from None
-        except (OSError, ValueError, SyntaxError, EOFError, IndexError, OverflowError) as error:
+        except Exception as error:  # decoders stumble over damaged files in many ways
             raise ImageProblem(f"{name} is damaged: {error}") from error
         finally:
             Pillow.MAX_IMAGE_PIXELS = before

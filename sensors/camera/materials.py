@@ -39,13 +39,15 @@ class Material:
 class Looks:
     """One row for each surface, linear: base colour (n, 3) float32, 0 to 1, and emitted radiance (n, 3) [nit].
 
-    hidden: (n,) bool, whether it is not seen at all. Surfaces that vary have a paint by number, which counts instead;
-    those of `opacities` come with the value below which a place is not seen.
+    hidden: (n,) bool, whether it is not seen at all; clear: paths of prims of which nothing is seen. Surfaces that vary
+    have a paint by number, which counts instead; those of `opacities` come with the value below which a place is not
+    seen.
     """
 
     base: np.ndarray
     emitted: np.ndarray
     hidden: np.ndarray
+    clear: frozenset[str] = frozenset()
     bases: Mapping[int, Paint] = field(default_factory=dict)
     emissions: Mapping[int, Paint] = field(default_factory=dict)
     opacities: Mapping[int, tuple[Paint, float]] = field(default_factory=dict)
@@ -137,7 +139,19 @@ def read_looks(stage: Any, surfaces: Sequence[Any], files: ImageFiles, warn: War
         else:
             opacities[number] = opacity, material.threshold
     base = np.nan_to_num(base, nan=GREY[0])
-    return Looks(np.clip(base, 0.0, 1.0), np.maximum(emitted, 0.0), hidden, bases, emissions, opacities)
+    clear = _clear([str(surface.path) for surface in surfaces], hidden)
+    return Looks(np.clip(base, 0.0, 1.0), np.maximum(emitted, 0.0), hidden, clear, bases, emissions, opacities)
+
+
+def _clear(paths: Sequence[str], hidden: np.ndarray) -> frozenset[str]:
+    """The hidden surfaces below whose paths all are hidden."""
+    above = {path[:end] for path, gone in zip(paths, hidden, strict=True) if not gone for end in _ends(path)}
+    return frozenset(path for path, gone in zip(paths, hidden, strict=True) if gone and path not in above)
+
+
+def _ends(path: str) -> list[int]:
+    """Where the paths above a path end."""
+    return [place for place, letter in enumerate(path) if letter in "/[" and place]
 
 
 def _of_material(prim: Any, networks: Networks, warn: Warn) -> Material | None:

@@ -62,7 +62,7 @@ class Pictures:
         looks, lighting = looks_of(app, world), self._lighting(app, world, pose, state)
         shapes = smooth_surfaces(app, world)
         if self._shadows is None or self._shadows.world is not world:
-            self._shadows = Shadows(world, self._exclude)
+            self._shadows = Shadows(world, self._exclude | looks.clear)
         if self.samples == 1:
             return self._radiance(view, shapes, looks, lighting, state)
         if not self._rays:

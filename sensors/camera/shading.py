@@ -1,7 +1,7 @@
 """Light that comes from what pixels show, and what becomes of it in an image.
 
 L = emitted + base / pi (sum of E + pi sky): diffuse surfaces, lit from the side of the camera; one shadow ray for each
-light. Not modelled: light from other surfaces, mirrors, glass, the sky's shadows, shadows of cut-outs, blur.
+light. Not modelled: light from other surfaces, mirrors, glass, the sky's shadows, holes in shadows, blur.
 """
 
 from __future__ import annotations

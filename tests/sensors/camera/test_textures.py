@@ -283,6 +283,20 @@ def test_a_prim_without_opacity_is_looked_through(tmp_path):
         assert seen(app)[50, 50].tolist() == [0.5] * 3
 
 
+def test_a_clear_pane_lets_the_sun_through():
+    """The sun shines from behind the camera; pane and board stand side by side before a white wall."""
+    with weightless() as app:
+        UsdGeom.Gprim(add_box(app, "/World/Wall", 20.0, ahead(0, 0, 13))).CreateDisplayColorAttr([(1, 1, 1)])
+        UsdLux.DistantLight.Define(app.stage, "/World/Sun").CreateIntensityAttr(np.pi)
+        for name, opacity, left in (("Pane", 0.2, 0.5), ("Board", 0.8, -0.5)):
+            mesh = quad(app, f"/World/{name}", st=None, centre=(left, 0, 2.5), scale=(0.5, 1, 1))
+            UsdGeom.Gprim(mesh).CreateDisplayOpacityAttr([opacity])
+        shadow = seen(app)[50, [30, 70], 0]
+    # Behind the pane the wall is lit: 1 / pi x pi; the board is grey.
+    assert shadow[1] == pytest.approx(1.0, rel=2 * HALF)
+    assert shadow[0] == pytest.approx(0.18, rel=2 * HALF)
+
+
 @pytest.mark.parametrize(
     ("interpolation", "colors"),
     [
