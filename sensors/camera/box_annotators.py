@@ -9,7 +9,7 @@ import numpy as np
 
 from sensors.annotators.types import AnnotatorType, Reading
 
-from .channels import BOX, FLAT_BOX, LABELLED, LOOSE, SOLID_BOX, TIGHT
+from .channels import AROUND, BOX, FLAT_BOX, LABELLED, LOOSE, SOLID_BOX, TIGHT
 from .label_filter import OPTIONS, kept_labels
 from .names import MODALITY
 
@@ -32,7 +32,7 @@ def _classes(reading: Reading) -> tuple[dict[int, int], dict[int, dict[str, str]
 
 
 def _boxes(kind: str) -> Callable[[Reading], dict[str, Any]]:
-    fields = SOLID_BOX if kind == BOX else FLAT_BOX
+    fields = SOLID_BOX if kind in (BOX, AROUND) else FLAT_BOX
 
     def read(reading: Reading) -> dict[str, Any]:
         given = np.dtype([("semanticId", "<u4"), *fields])
@@ -74,5 +74,6 @@ def _annotator(kind: str, name: str) -> AnnotatorType:
 
 BOX_ANNOTATORS = (
     *(_annotator(kind, f"{kind}{fast}") for kind in (TIGHT, LOOSE, BOX) for fast in ("", "_fast")),
+    _annotator(AROUND, AROUND),
     AnnotatorType("occlusion", _occlusion, lambda reading: (LOOSE,), options=OPTIONS, modality=MODALITY),
 )

@@ -14,7 +14,7 @@ from sensors.raycast.shared import cast_world
 from sensors.raycast.world import CastWorld
 from sensors.surfaces.semantics import labels_of
 
-from .channels import BOX_2D, BOX_3D, LABELLED
+from .channels import AROUND, BOX, BOX_2D, BOX_3D, LABELLED, LOOSE, TIGHT
 from .config import CameraConfig
 from .entities import entities_of
 from .view import View
@@ -128,17 +128,19 @@ def boxes_of(
 ) -> dict[str, np.ndarray]:
     """The box channels in demand. numbers: (n,) of the labelled prim in each pixel."""
     visible = visible_boxes(numbers, config.lens.width)
-    there = outlines(app, view, config, poses)
+    there = outlines(app, view, config, poses) if wanted & {TIGHT, LOOSE, BOX} else []
     ratio = {one.prim.number: _occlusion(one, visible) for one in there}
     found = {}
-    if "bounding_box_2d_tight" in wanted:
+    if TIGHT in wanted:
         rows = [(number, *box, ratio.get(number, np.nan)) for number, (box, _) in visible.items()]
-        found["bounding_box_2d_tight"] = np.array(rows, BOX_2D)
-    if "bounding_box_2d_loose" in wanted:
+        found[TIGHT] = np.array(rows, BOX_2D)
+    if LOOSE in wanted:
         rows = [(one.prim.number, *one.box, ratio[one.prim.number]) for one in there]
-        found["bounding_box_2d_loose"] = np.array(rows, BOX_2D)
-    if "bounding_box_3d" in wanted:
-        found["bounding_box_3d"] = _boxes_3d(app, there, ratio, poses)
+        found[LOOSE] = np.array(rows, BOX_2D)
+    if BOX in wanted:
+        found[BOX] = _boxes_3d(app, [one.prim for one in there], ratio, poses)
+    if AROUND in wanted:
+        found[AROUND] = _boxes_3d(app, [one for one in _prims(app, cast_world(app)) if one.surfaces], {}, poses)
     return found
 
 
@@ -149,13 +151,13 @@ def _occlusion(one: Outline, visible: Mapping[int, tuple[Any, int]]) -> float:
     return 1.0 - visible.get(one.prim.number, (None, 0))[1] / one.pixels
 
 
-def _boxes_3d(app: App, there: list[Outline], ratio: Mapping[int, float], poses: Any) -> np.ndarray:
+def _boxes_3d(app: App, prims: list[_Prim], ratio: Mapping[int, float], poses: Any) -> np.ndarray:
     rows = []
     paths = entities_of(app, LABELLED).paths
-    for one in there:
-        frame = _frame(app, paths[one.prim.number], poses)
-        low, high = _extent(app, one.prim, frame, poses)
-        rows.append((one.prim.number, *low, *high, frame.T, ratio[one.prim.number]))
+    for one in prims:
+        frame = _frame(app, paths[one.number], poses)
+        low, high = _extent(app, one, frame, poses)
+        rows.append((one.number, *low, *high, frame.T, ratio.get(one.number, np.nan)))
     out = np.zeros(len(rows), BOX_3D)
     for place, row in enumerate(rows):
         out[place] = row

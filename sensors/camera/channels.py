@@ -16,6 +16,7 @@ FIRST = 2
 """The number of the first entity of each: 0 is nothing, 1 what has no label."""
 
 TIGHT, LOOSE, BOX = "bounding_box_2d_tight", "bounding_box_2d_loose", "bounding_box_3d"
+AROUND = "bounding_box_3d_360"
 FLAT_BOX: list[tuple[Any, ...]] = [
     *((f"{axis}_{end}", "<i4") for end in ("min", "max") for axis in "xy"),
     ("occlusionRatio", "<f4"),
@@ -46,4 +47,5 @@ CHANNELS = (
     Channel(TIGHT, BOX_2D, unit="px", doc="labelled prims: first and last column and row that show them"),
     Channel(LOOSE, BOX_2D, unit="px", doc="the same as if each were alone"),
     Channel(BOX, BOX_3D, unit="stage units", doc="labelled prims in the image: extent in their axes, and their pose"),
+    Channel(AROUND, BOX_3D, unit="stage units", doc="the same of all labelled prims, in the image or not"),
 )

@@ -14,7 +14,7 @@ from sensors.raycast.shared import cast_world
 from sensors.runtime import Measurement, SensorRuntime
 
 from .boxes import boxes_of
-from .channels import BOX, HDR, INSTANCE, LABELLED, LOOSE, RGB, SEMANTIC, TIGHT
+from .channels import AROUND, BOX, HDR, INSTANCE, LABELLED, LOOSE, RGB, SEMANTIC, TIGHT
 from .config import CameraConfig, read_config
 from .entities import PixelNumbers, entities_of
 from .line_exposure import LineExposure
@@ -33,7 +33,7 @@ NUMBERED = (INSTANCE, LABELLED, SEMANTIC)
 LIT = frozenset({RGB, HDR})
 MOST_HALF = 65504.0
 """The largest number of float16."""
-BOXES = frozenset({TIGHT, LOOSE, BOX})
+BOXES = frozenset({TIGHT, LOOSE, BOX, AROUND})
 
 
 class CameraRuntime(SensorRuntime[CameraConfig]):

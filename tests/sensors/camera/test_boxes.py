@@ -96,6 +96,21 @@ def test_a_box_in_space_is_the_extent_in_the_axes_of_the_prim_and_its_pose():
     np.testing.assert_allclose(box["transform"], expected, atol=1e-6)
 
 
+def test_boxes_in_space_are_given_all_round_too():
+    """One box ahead, one behind the camera; how much of them is hidden is not known."""
+    with weightless() as app:
+        for name, depth in (("Ahead", 5), ("Behind", -5)):
+            app.add_prims(
+                {f"/World/{name}": {"type": "Cube", "size": 1.0, "translate": [0, 0, -depth], "semantics": name}}
+            )
+        ahead_only, all_round = look(app, add_camera(app), "bounding_box_3d", "bounding_box_3d_360")
+    assert ahead_only["info"]["primPaths"] == ["/World/Ahead"]
+    assert all_round["info"]["primPaths"] == ["/World/Ahead", "/World/Behind"]
+    assert all_round["data"]["transform"][:, 3, 2].tolist() == [-5, 5]
+    assert all_round["data"]["z_max"].tolist() == [0.5, 0.5]
+    assert np.isnan(all_round["data"]["occlusionRatio"]).all()
+
+
 def test_prims_of_several_meshes_have_no_ratio():
     with weightless() as app:
         UsdGeom.Xform.Define(app.stage, "/World/Car")
