@@ -74,6 +74,17 @@ def add_live(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_remap(parser: argparse.ArgumentParser) -> None:
+    """Adds `--remap OLD:=NEW`, repeatable."""
+    parser.add_argument(
+        "--remap",
+        action="append",
+        default=[],
+        metavar="OLD:=NEW",
+        help="play the messages of topic OLD of the --play files on topic NEW; may be repeated",
+    )
+
+
 def folder(text: str) -> Path:
     """The folder of that name. Raises ArgumentTypeError if it does not exist."""
     path = Path(text)

@@ -21,7 +21,7 @@ from graph.base.exact import duration as exact_duration
 from graph.base.exact import rate, shortest
 from graph.base.limits import check
 
-from .arguments import add_allow, add_live, add_nodes, add_play, add_skip_outside
+from .arguments import add_allow, add_live, add_nodes, add_play, add_remap, add_skip_outside
 from .interrupts import between_updates
 from .printing import counted, say, say_json, tell
 from .safe_log import SafeFormatter
@@ -58,6 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--trace", type=Path, metavar="FILE", help="write a trace for ui.perfetto.dev to FILE (JSON)")
     add_play(parser)
+    add_remap(parser)
     add_live(parser)
     parser.add_argument("--set", action="append", default=[], metavar="NODE.ATTR=VALUE", help="override a node's input")
     parser.add_argument("--fidelity", action="append", default=[], metavar="K=V", help="override a fidelity knob")
@@ -82,7 +83,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command; returns its exit code."""
-    from graph.session.message_sources import files_of, open_sources, play_into, warn_unheard
+    from graph.session.message_sources import files_of, open_sources, play_into, remapping, warn_unheard
     from graph.session.missed_ticks import missed_in_run
     from graph.session.open import open_session
     from graph.sim.messages.bus import CountingSink
@@ -98,7 +99,7 @@ def run(args: argparse.Namespace) -> int:
 
     show_log()
     targets = read_targets(args.live)
-    sources = open_sources(args.play)
+    sources = open_sources(args.play, remapping(args.remap))
     session = open_session(
         args.file,
         allow=args.allow,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,8 +17,24 @@ UNHEARD = "play-unheard"
 SKIPPED = "play-topic-skipped"
 
 
-def open_sources(paths: Iterable[str | Path]) -> list[Source]:
-    """The sources in files, by their extensions. Raises UserError with the problems of all files."""
+def remapping(options: Iterable[str]) -> dict[str, str]:
+    """Options OLD:=NEW as a mapping of topics. Raises UserError for other texts, and for a topic given twice."""
+    topics: dict[str, str] = {}
+    for option in options:
+        old, between, new = option.partition(":=")
+        if not between or not old.strip("/ ") or not new.strip("/ "):
+            raise UserError(f"--remap {option}: write it as OLD:=NEW, such as /cmd_vel:=/robot/cmd_vel")
+        old, new = _absolute(old), _absolute(new)
+        if topics.setdefault(old, new) != new:
+            raise UserError(f"--remap {option}: {old} already goes to {topics[old]}; a topic goes to one other")
+    return topics
+
+
+def open_sources(paths: Iterable[str | Path], remap: Mapping[str, str] | None = None) -> list[Source]:
+    """The sources in files, by their extensions. Raises UserError with the problems of all files.
+
+    remap: topic -> topic on which its messages are played; each must be in one of the files.
+    """
     sources: list[Source] = []
     problems: list[Problem] = []
     for path in paths:
@@ -30,7 +46,26 @@ def open_sources(paths: Iterable[str | Path]) -> list[Source]:
         for source in sources:
             source.close()
         raise UserError(problems)
-    return sources
+    return _remapped(sources, remap) if remap else sources
+
+
+def _remapped(sources: list[Source], remap: Mapping[str, str]) -> list[Source]:
+    from graph.base.suggest import did_you_mean
+    from graph.sim.messages.sources import RemappedSource
+
+    known = dict.fromkeys(topic for source in sources for topic in source.topics())
+    for old, new in remap.items():
+        if old not in known:
+            for source in sources:
+                source.close()
+            said = f"they have {', '.join(known)}" if known else "they have no topics"
+            near = did_you_mean(old, known, said)
+            raise UserError(f"--remap {old}:={new}: the files of --play have no topic {old}{near}")
+    return [RemappedSource(source, remap) for source in sources]
+
+
+def _absolute(topic: str) -> str:
+    return f"/{topic.strip().strip('/')}"
 
 
 def files_of(sources: Iterable[Source]) -> list[Path]:

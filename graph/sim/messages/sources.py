@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -91,6 +91,32 @@ class MemorySource:
 
     def close(self) -> None:
         """Does nothing."""
+
+
+class RemappedSource:
+    """A source whose messages come on other topics; topics that `remap` does not name stay."""
+
+    def __init__(self, source: Source, remap: Mapping[str, str]) -> None:
+        self.name = source.name
+        self.files = getattr(source, "files", ())
+        self.skipped = getattr(source, "skipped", {})
+        self._source, self._remap = source, remap
+
+    def topics(self) -> Mapping[str, str]:
+        """The topics on which its messages come, and their types."""
+        return {self._remap.get(topic, topic): type_name for topic, type_name in self._source.topics().items()}
+
+    def start_ns(self) -> int:
+        """The time of its first message [ns]."""
+        return self._source.start_ns()
+
+    def __iter__(self) -> Iterator[Entry]:
+        for entry in self._source:
+            yield replace(entry, topic=self._remap.get(entry.topic, entry.topic))
+
+    def close(self) -> None:
+        """Frees the source's resources."""
+        self._source.close()
 
 
 class Clocked(Protocol):

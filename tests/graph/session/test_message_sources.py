@@ -6,7 +6,7 @@ import pytest
 
 from graph.base.errors import UserError
 from graph.files.played import load_played
-from graph.session.message_sources import open_sources, play_into, warn_unheard
+from graph.session.message_sources import files_of, open_sources, play_into, remapping, warn_unheard
 from graph.sim import App
 
 YAML = """\
@@ -174,3 +174,37 @@ def test_the_help_says_how_messages_are_written(capsys):
     assert main(["run", "--help"]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "- {at: 0.5, topic: /cmd_vel, type: geometry_msgs/msg/Twist, message: {linear: {x: 0.2}}}" in said
+
+
+def test_remapped_topics_are_played_under_their_new_names(tmp_path):
+    (source,) = open_sources([write(tmp_path, "a.yaml", YAML)], remapping(["cmd_vel:=/robot/cmd_vel"]))
+    assert source.topics() == {"/robot/cmd_vel": "geometry_msgs/msg/Twist", "/chat": "std_msgs/msg/String"}
+    assert [entry.topic for entry in source] == ["/robot/cmd_vel", "/robot/cmd_vel", "/chat"]
+    with App() as app:
+        play_into(app, [source])
+        app.play()
+        heard = app.bus.listen("/robot/cmd_vel", "geometry_msgs/msg/Twist")
+        app.update(60)
+        assert heard.take().message.linear.x == 0
+
+
+def test_a_recorded_run_is_played_on_another_topic(tmp_path):
+    (source,) = open_sources([a_bag(tmp_path / "bag")], {"/chat": "/talk"})
+    assert [(entry.topic, entry.load().data) for entry in source] == [("/talk", "a"), ("/talk", "b")]
+    assert files_of([source])
+    source.close()
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["/a=/b"], "--remap /a=/b: write it as OLD:=NEW"),
+        (["/a:="], "--remap /a:=: write it as OLD:=NEW"),
+        (["/a:=/b", "a:=/c"], "--remap a:=/c: /a already goes to /b"),
+        (["/cmd_val:=/b"], "--remap /cmd_val:=/b: the files of --play have no topic /cmd_val; did you mean"),
+    ],
+)
+def test_a_wrong_remapping_is_one_line(tmp_path, options, said):
+    with pytest.raises(UserError) as refused:
+        open_sources([write(tmp_path, "a.yaml", YAML)], remapping(options))
+    assert str(refused.value).startswith(said)
