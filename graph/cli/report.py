@@ -191,8 +191,8 @@ def _topic(count: TopicCount, topic: Topic | None) -> Mapping[str, Any]:
         "first_ns": count.first_ns,
         "last_ns": count.last_ns,
     }
-    if topic is not None and topic.cadences:
-        counts["due"] = sum(cadence.due for cadence in topic.cadences)
+    if topic is not None and topic.due is not None:
+        counts["due"] = topic.due
         if cadence := topic.cadence:
             counts |= {"sensor": cadence.sensor, "rate_hz": shortest(cadence.rate / cadence.every)}
     return counts

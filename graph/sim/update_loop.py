@@ -128,6 +128,7 @@ class UpdateLoop:
 
         io = bus.io_seconds
         self._graphs_phase()
+        bus.release()
         started = perf_counter()
         self._graph_s += started - done - (bus.io_seconds - io)
 
@@ -161,4 +162,5 @@ class UpdateLoop:
         self._give_frames()
         for callback in self._frames_phase.after:
             callback()
+        bus.release()
         self._graph_s += perf_counter() - began - (bus.io_seconds - io)

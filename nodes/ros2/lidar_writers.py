@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from graph.base.exact import NANOSECONDS, nanoseconds
 from graph.sim import settings as keys
-from graph.sim.messages.cadence import Cadence
+from graph.sim.messages.cadence import Cadence, Ticks
 
 from .messages import stamp
 from .profiles import offered_quality
@@ -37,10 +37,17 @@ class FrameWriter:
     make: Callable[[Frame, int], Any]
     every: int = 1
     frames: int = 0
+    product: RenderProduct | None = None
+    """The product whose frames it gets, once it is attached."""
+    due_before: int = 0
+    """Ticks of the product that were due before it was attached."""
+    ticks: Ticks = field(default_factory=Ticks)
 
     def __call__(self, frame: Frame) -> None:
         """Takes one frame."""
         self.frames += 1
+        if self.product is not None:
+            self.ticks.count = self.product.due - self.due_before
         if self.frames % self.every == 0 and self.bus.has_subscribers(self.topic):
             at = self.stamp(frame)
             self.bus.publish(self.topic, self.type_name, self.make(frame, at), at)
@@ -48,8 +55,8 @@ class FrameWriter:
 
 def add_writer(db: Database, product: RenderProduct, writer: FrameWriter) -> None:
     """Announces a writer's topic with the sensor's schedule, and attaches the writer to the product."""
-    before = product.due
-    cadence = Cadence(product.camera_path, product.sensor.rate, writer.every, lambda: product.due - before)
+    writer.product, writer.due_before = product, product.due
+    cadence = Cadence(product.camera_path, product.sensor.rate, writer.every, writer.ticks)
     db.app.bus.advertise(writer.topic, writer.type_name, db.path, offered_quality(db), cadence)
     product.writers.append(writer)
 

@@ -8,6 +8,8 @@ from typing import Any
 
 from graph.base.errors import RunError
 from graph.base.exact import NANOSECONDS
+from graph.node import Database
+from graph.sim import settings as keys
 from nodes.isaac.transform_trees import FrameTransform
 
 MOST_SECONDS = 2**31 - 1
@@ -38,6 +40,19 @@ def header(nanoseconds: int, frame_id: str) -> Any:
 def clock(nanoseconds: int) -> Any:
     """`rosgraph_msgs/Clock`."""
     return _type(CLOCK)(stamp(nanoseconds))
+
+
+def publish_transforms(db: Database, topic: str, poses: Iterable[FrameTransform], nanoseconds: int) -> None:
+    """Publishes a node's transforms as `tf2_msgs/TFMessage`.
+
+    Those of other nodes with the same topic, quality and stamp join it, as in newer releases of Isaac Sim, unless
+    /tickgraph/mergeTransforms is off.
+    """
+    bus, message = db.app.bus, transforms(poses, nanoseconds)
+    if db.app.settings.get(keys.MERGE_TRANSFORMS):
+        bus.gather(topic, TRANSFORMS, message.transforms, _type(TRANSFORMS), nanoseconds, db.memory.quality)
+    else:
+        bus.publish(topic, TRANSFORMS, message, nanoseconds)
 
 
 def transforms(poses: Iterable[FrameTransform], nanoseconds: int) -> Any:

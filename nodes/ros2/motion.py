@@ -10,7 +10,7 @@ from graph.node import Attribute, Database, node_type
 from nodes.isaac.clocks import stamp_ns
 from nodes.isaac.transform_trees import FrameTransform
 
-from .messages import TRANSFORMS, transforms
+from .messages import TRANSFORMS, publish_transforms
 from .publishing import TIME_STAMP, Publisher, check_names, publisher_inputs, subscribed_topic
 from .robot_messages import ACKERMANN, IMU, ODOMETRY, ackermann, imu, odometry
 
@@ -130,7 +130,7 @@ def publish_raw_transform_tree(db: Database) -> bool:
             return False
         memory.latched = pose
     nanoseconds = stamp_ns(db.app, inputs.timeStamp)
-    db.app.bus.publish(topic, TRANSFORMS, transforms([pose], nanoseconds), nanoseconds)
+    publish_transforms(db, topic, [pose], nanoseconds)
     return True
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from graph.node import Attribute, Database, NodeAtLoad
+from graph.sim.messages.quality import DEFAULT, Quality
 
 from .profiles import offered_quality
 
@@ -44,10 +45,11 @@ TIME_STAMP = Attribute("double", "stamp of the message", default=0.0, unit="s", 
 
 @dataclass(slots=True)
 class Publisher:
-    """Memory of a publishing node: the type of its messages, the topic it announced."""
+    """Memory of a publishing node: the type of its messages, the topic it announced, the quality it offers."""
 
     type_name: str = ""
     topic: str = ""
+    quality: Quality = DEFAULT
 
 
 def subscribed_topic(db: Database, name: str | None = None, *, latched: bool = False) -> str | None:
@@ -59,7 +61,8 @@ def subscribed_topic(db: Database, name: str | None = None, *, latched: bool = F
     bus = db.app.bus
     if not memory.topic:
         memory.topic = topic_name(db, db.path, name)
-        bus.advertise(memory.topic, memory.type_name, db.path, offered_quality(db, latched=latched))
+        memory.quality = offered_quality(db, latched=latched)
+        bus.advertise(memory.topic, memory.type_name, db.path, memory.quality)
     topic: str = memory.topic
     return topic if bus.has_subscribers(topic) else None
 

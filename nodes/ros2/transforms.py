@@ -10,7 +10,7 @@ from graph.sim.scene.prim_paths import prim_at
 from nodes.isaac.clocks import stamp_ns
 from nodes.isaac.transform_trees import FrameTransform, TransformTree, edges_of
 
-from .messages import TRANSFORMS, transforms
+from .messages import TRANSFORMS, publish_transforms
 from .publishing import TIME_STAMP, Publisher, check_names, publisher_inputs, subscribed_topic
 
 GIVEN = "one per transform; with childFrames set, the node publishes these instead of prims"
@@ -61,7 +61,7 @@ def publish_transform_tree(db: Database) -> bool:
             return False
         memory.latched = poses
     nanoseconds = stamp_ns(db.app, inputs.timeStamp)
-    db.app.bus.publish(topic, TRANSFORMS, transforms(poses, nanoseconds), nanoseconds)
+    publish_transforms(db, topic, poses, nanoseconds)
     return True
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, Protocol
@@ -50,14 +50,39 @@ class Topic:
     messages: int = 0
     sequence: int = 0
     cadences: list[Cadence] = field(default_factory=list)
-    """The schedules of its publishers that follow a sensor, in the order in which they were announced."""
+    """The schedules of its publishers that follow a sensor, of this play, in the order in which they were announced."""
     cadence: Cadence | None = None
     """The schedule of its messages; None if they follow no sensor, or several schedules."""
+
+    due_before: int | None = None
+    """Messages that were due by schedules of earlier plays."""
+
+    @property
+    def due(self) -> int | None:
+        """Messages that were due by the schedules so far; None if its publishers follow no sensor."""
+        if self.due_before is None and not self.cadences:
+            return None
+        return (self.due_before or 0) + sum(cadence.due for cadence in self.cadences)
+
+    def end_play(self) -> None:
+        """Ends the schedules: the next play announces its own. Sequence numbers restart at 1."""
+        self.due_before, self.sequence = self.due, 0
+        self.cadences.clear()
 
     def follow(self, cadence: Cadence) -> None:
         """Notes that a publisher of the topic follows this schedule."""
         self.cadences.append(cadence)
         self.cadence = cadence if len(set(self.cadences)) == 1 else None
+
+
+@dataclass(slots=True)
+class _Gathered:
+    """Parts of a message that waits for more: its type, its stamp, the function that makes it."""
+
+    type_name: str
+    stamp_ns: int
+    join: Callable[[list[Any]], Any]
+    parts: list[Any] = field(default_factory=list)
 
 
 class MessageBus:
@@ -78,6 +103,7 @@ class MessageBus:
         self._timed: dict[Sink, Callable[[int], None]] = {}
         self._subscriptions: dict[str, list[Subscription]] = {}
         self._recent: list[Message] = []
+        self._gathered: dict[tuple[str, Quality], _Gathered] = {}
         self._unheard: list[tuple[str, str, int, Callable[[], Any]]] = []
 
     @property
@@ -158,6 +184,36 @@ class MessageBus:
                 sink.write(record)
             self.io_seconds += time.perf_counter() - started
 
+    def gather(
+        self,
+        topic: str,
+        type_name: str,
+        parts: Sequence[Any],
+        join: Callable[[list[Any]], Any],
+        stamp_ns: int,
+        quality: Quality,
+    ) -> None:
+        """Publishes `join(parts)` at the end of the phase, together with the parts of others of this quality and stamp.
+
+        A topic that a subscription receives gets its messages at once and apart, because a node may wait for them.
+        """
+        if topic in self._subscriptions:
+            self.publish(topic, type_name, join(list(parts)), stamp_ns)
+            return
+        waiting = self._gathered.get((topic, quality))
+        if waiting is not None and waiting.stamp_ns != stamp_ns:
+            self.release()
+            waiting = None
+        if waiting is None:
+            waiting = self._gathered[topic, quality] = _Gathered(type_name, stamp_ns, join)
+        waiting.parts += parts
+
+    def release(self) -> None:
+        """Publishes what is gathered; the update loop calls it at the end of each phase with graphs."""
+        gathered, self._gathered = self._gathered, {}
+        for (topic, _), one in gathered.items():
+            self.publish(topic, one.type_name, one.join(one.parts), one.stamp_ns)
+
     def offer(self, topic: str, type_name: str, stamp_ns: int, load: Callable[[], Any]) -> None:
         """Publishes `load()` if a subscription receives the topic, now or by the end of this update; else drops it."""
         name = topic_name(topic)
@@ -199,6 +255,8 @@ class MessageBus:
 
     def begin_update(self) -> None:
         """Starts an update: new subscriptions no longer get the messages of the one before."""
+        if self._gathered:  # of a graph that was evaluated between two phases
+            self.release()
         self._recent.clear()
         self._unheard.clear()
         if self._timed and self.clock is not None:
@@ -209,7 +267,7 @@ class MessageBus:
         """Restarts sequence numbers at 1 (at a stop), so that every play publishes the same messages."""
         self.begin_update()
         for topic in self.topics.values():
-            topic.sequence = 0
+            topic.end_play()
 
     def subscribe(self, sink: Sink) -> None:
         """Adds a sink and announces the present topics to it."""
@@ -228,6 +286,10 @@ class MessageBus:
     def close(self) -> None:
         """Closes every sink, even if one of them fails (the first failure is raised afterwards)."""
         failure: BaseException | None = None
+        try:
+            self.release()
+        except BaseException as error:
+            failure = error
         started = time.perf_counter()
         self._timed.clear()
         self._recent.clear()

@@ -98,6 +98,11 @@ DIFFERENCES: tuple[Difference, ...] = (
         "a camera helper's 3D boxes are in the camera's optical frame, which their header names, or in the world",
     ),
     Difference(
+        keys.MERGE_TRANSFORMS,
+        False,
+        "transforms of several nodes with the same topic, quality and stamp are one message, or one for each node",
+    ),
+    Difference(
         keys.STOP_CLEARS_COMMANDS,
         True,
         "at stop the command inputs of controllers keep what is written on them, or become 0 (empty, of arrays)",

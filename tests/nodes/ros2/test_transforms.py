@@ -144,3 +144,85 @@ def test_given_frames_are_published_as_they_are(world):
 def test_what_cannot_be_published_is_reported(world, inputs, message):
     with pytest.raises(ComputeError, match=message):
         publish(world(), **inputs)
+
+
+TREES = """\
+tickgraph: 1
+clock: {{physics_hz: 60, loop_hz: 60, parity: {parity}}}
+graphs:
+  /World/G:
+    nodes:
+      tick: OnPlaybackTick
+      time: IsaacReadSimulationTime
+      a: {{type: ROS2PublishRawTransformTree, inputs: {{childFrameId: a}}}}
+      b: {{type: ROS2PublishRawTransformTree, inputs: {{childFrameId: b}}}}
+      c: {{type: ROS2PublishRawTransformTree, inputs: {{childFrameId: c, topicName: other}}}}
+    connections:
+      - tick.tick -> a.execIn
+      - tick.tick -> b.execIn
+      - tick.tick -> c.execIn
+      - time.simulationTime -> c.timeStamp
+{stamps}"""
+
+
+def recorded_frames(folder, *options, parity="documented", stamped="ab"):
+    """Topic -> the child frames of each message, of a run of three updates without warm-up steps."""
+    from graph.cli.main import main
+    from graph.sim.messages.run_reader import open_run
+
+    stamps = "".join(f"      - time.simulationTime -> {one}.timeStamp\n" for one in stamped)
+    file = folder / "g.yaml"
+    file.write_text(TREES.format(parity=parity, stamps=stamps))
+    settings = ["--/tickgraph/warmUpSteps=0", *options]
+    assert main(["run", str(file), "--updates", "3", "--out", str(folder / "out"), *settings]) == 0
+    found = {}
+    with open_run(folder / "out") as run:
+        for entry in run.read():
+            found.setdefault(entry.topic, []).append([one.child_frame_id for one in entry.load().transforms])
+    return found
+
+
+def test_transforms_of_nodes_that_share_a_topic_are_one_message_per_tick(tmp_path):
+    assert recorded_frames(tmp_path) == {"/tf": [["a", "b"]] * 3, "/other": [["c"]] * 3}
+
+
+def test_the_setting_and_the_profile_keep_each_nodes_message_apart(tmp_path):
+    apart = {"/tf": [["a"], ["b"]] * 3, "/other": [["c"]] * 3}
+    assert recorded_frames(tmp_path, "--/tickgraph/mergeTransforms=false") == apart
+    assert recorded_frames(tmp_path, parity="isaacsim-6.0.1") == apart
+
+
+def test_transforms_of_another_stamp_stay_apart(tmp_path):
+    # b has the constant stamp 0.
+    frames = recorded_frames(tmp_path, stamped="a")["/tf"]
+    assert frames == [["a"], ["b"]] * 3
+
+
+def test_transforms_of_another_quality_stay_apart(world):
+    from graph.sim.messages.quality import DEFAULT, Quality
+
+    app = world()
+    for name, quality in (("a", DEFAULT), ("b", Quality(depth=1)), ("c", DEFAULT)):
+        app.bus.gather("/tf", "tf2_msgs/msg/TFMessage", [name], tuple, 5, quality)
+    app.bus.release()
+    assert [one.message for one in app.sink["/tf"]] == [("a", "c"), ("b",)]
+
+
+def test_a_subscriber_in_the_graph_gets_every_message_at_once(world):
+    from graph.sim.messages.quality import DEFAULT
+    from nodes.ros2.messages import TRANSFORMS, transforms
+
+    app = world()
+    heard = app.bus.listen("/tf", TRANSFORMS)
+    app.bus.gather("/tf", TRANSFORMS, transforms([], 5).transforms, lambda parts: parts, 5, DEFAULT)
+    assert len(heard) == 1
+
+
+def test_what_is_gathered_when_the_app_closes_is_not_lost(world):
+    from graph.sim.messages.quality import DEFAULT
+
+    app = world()
+    app.bus.gather("/tf", "tf2_msgs/msg/TFMessage", ["one"], tuple, 5, DEFAULT)
+    app.bus.gather("/tf", "tf2_msgs/msg/TFMessage", ["two"], tuple, 5, DEFAULT)
+    app.close()
+    assert [one.message for one in app.sink["/tf"]] == [("one", "two")]

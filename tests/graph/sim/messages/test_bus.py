@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import pytest
 
 from graph.base.errors import RunError
@@ -100,3 +102,17 @@ def test_time_in_sinks_is_measured():
     bus.subscribe(MemorySink())
     bus.publish("/clock", "a/msg/B", None, 1)
     assert bus.io_seconds > 0
+
+
+def test_what_was_due_adds_up_over_plays_and_keeps_no_publisher():
+    from graph.sim.messages.cadence import Cadence, Ticks
+
+    bus, ticks = MessageBus(), Ticks()
+    topic = bus.advertise("/points", "std_msgs/msg/String", cadence=Cadence("/World/Lidar", Fraction(20), 2, ticks))
+    ticks.count = 9
+    assert topic.due == 4  # every second of nine ticks
+    bus.restart()
+    assert (topic.due, topic.cadences) == (4, [])
+    bus.advertise("/points", "std_msgs/msg/String", cadence=Cadence("/World/Lidar", Fraction(20), 2, Ticks(2)))
+    assert topic.due == 5
+    assert bus.advertise("/clock", "rosgraph_msgs/msg/Clock").due is None
