@@ -72,6 +72,7 @@ class MovingMeshes:
             begins[mesh.unique_key] = count
             start, count = start + len(mesh.vertices), count + len(mesh.triangles)
         self._begins = np.array([begins[entry.mesh.unique_key] for entry in moving], np.uint32)
+        self._counts = np.array([len(entry.mesh.triangles) for entry in moving], np.uint32)
         self._scene = TriangleScene(np.concatenate(vertices), np.concatenate(triangles))
 
     def cast(
@@ -115,6 +116,9 @@ class MovingMeshes:
         local, entry = self._into_cells(rays, index, owner, places, rotations, turns)
         found = self._scene.cast(local, threads, uv=nearest.with_spots)
         own = np.flatnonzero(found.distance <= BEYOND)
+        if rays.offsets is not None:  # a ray with its own origin may start in the cell of another mesh, and meet that
+            place = np.take(found.triangle, own) - np.take(self._begins, owner[own])  # below its begin it wraps around
+            own = own[place < np.take(self._counts, owner[own])]
         index, owner = index[own], owner[own]
         distance = (found.distance[own] + entry[own]) * np.take(self._lengths, owner)
 

@@ -91,3 +91,26 @@ def test_kept_hits_of_a_still_sensor_have_their_spots_and_casts_without_spots_do
         np.testing.assert_array_equal(again.spots.triangle, first.spots.triangle)
         np.testing.assert_array_equal(again.spots.uv, first.spots.uv)
         again.spots.uv[:] = -1  # the frame's own
+
+
+def test_rays_that_start_apart_meet_only_the_mesh_in_whose_cell_they_are_cast():
+    """Each moving mesh has a cell of its own; a ray that starts beyond its mesh could start in the cell of another."""
+    places = {"A": ((3, 0, 0), 0.4), "B": ((0, 3, 0), 0.7), "C": ((-3, 0, 0.5), 0.5)}
+    generator = np.random.default_rng(5)
+    directions = generator.normal(size=(20_000, 3))
+    offsets = generator.uniform(-6, 6, size=directions.shape).astype(np.float32)
+    found = []
+    for body in (None, "/World/B"):
+        meshes = [box(f"/World/{name}", at, half, body=body, repeats=200) for name, (at, half) in places.items()]
+        world = CastWorld(meshes, lambda state: np.eye(4)[None])
+        table = np.zeros((len(directions), 6), np.float32)
+        table[:, 3:6] = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+        hits = world.cast(RayBundle(np.zeros(3), table, offsets), spots=True)
+        hit = np.isfinite(hits.distance)
+        assert hits.spots.triangle[hit].max() < 200 * len(FACES)
+        found.append((hit, hits.distance[hit]))
+    (still, distances), (moving, others) = found
+    assert still.sum() > 100
+    assert (still != moving).sum() <= 3  # grazing rays
+    both = still & moving
+    np.testing.assert_allclose(distances[both[still]], others[both[moving]], atol=1e-4)
