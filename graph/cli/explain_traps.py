@@ -179,7 +179,7 @@ def _sensor_traps(app: App, sensors: Sequence[Mapping[str, Any]], seen: Observed
         if sensor["missed"]:
             rate = app.rendering.products[sensor["product"]].sensor.rate
             yield missed_ticks(app, sensor["path"], rate, sensor["missed"], sensor["frames"] + sensor["missed"])
-        if not sensor["consumers"]:
+        if not (sensor["consumers"] or app.rendering.products[sensor["product"]].writers):
             yield nobody_consumes(sensor["path"], sensor["made_by"] or [sensor["product"]])
     for node in seen.unmade:
         yield product_not_made(node, seen.updates)

@@ -54,7 +54,7 @@ def idle_in_run(app: App, runner: GraphRunner) -> Iterator[Trap]:
         elif app.update_index:
             yield product_not_made(node, app.update_index)
     for product in app.rendering.products.values():
-        if product.frames and not product.sensor.consumers():
+        if product.frames and not (product.sensor.consumers() or product.writers):
             yield nobody_consumes(product.camera_path, made.get(product.path, [product.path]))
     for node in nodes:
         if ignored := node.ignored:

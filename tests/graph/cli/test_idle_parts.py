@@ -42,7 +42,8 @@ def told(folder, graph):
         result = graph(command, "a.yaml", "--json", *arguments)
         assert result.code == 0
         report = json.loads(result.out)
-        found = report["traps"] if command == "explain" else report.get("warnings") or report["files"][0]["warnings"]
+        whole = report["files"][0] if command == "check" else report
+        found = whole["traps" if command == "explain" else "warnings"]
         return {(one["code"], one["where"]): one["message"] for one in found}
 
     return run
@@ -76,3 +77,23 @@ def test_a_sensor_that_is_read_by_wire_or_by_name_is_not_warned_of(told):
         "    connections:\n",
     )
     assert ("nobody-consumes", "/World/Lidar") not in told(named, "check")
+
+
+def test_a_camera_whose_lens_alone_is_published_is_not_warned_of(told):
+    """CameraInfo goes with the frames and needs no channel of them."""
+    text = (
+        FILE.split("clock:")[0].replace("{type: OmniLidar, config: picoScan150}", "{type: Camera}")
+        + """\
+graphs:
+  /World/G:
+    nodes:
+      tick: OnPlaybackTick
+      product: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Lidar, width: 8, height: 6}}
+      info: ROS2CameraInfoHelper
+    connections:
+      - tick.tick -> product.execIn
+      - product.execOut -> info.execIn
+      - product.renderProductPath -> info.renderProductPath
+"""
+    )
+    assert told(text, "run", "--updates", "3") == told(text, "explain") == {}
