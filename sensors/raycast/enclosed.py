@@ -36,8 +36,10 @@ class Enclosed:
 
     def correct(self, scene: TriangleScene, rays: RayBundle, found: TriangleHits, threads: int) -> None:
         """Replaces hits with the triangles of solids, which `rays` have met in the scene."""
-        forms = self._forms.seen_from(rays.origin)
         rows = self._on_solids(found.triangle)
+        if not len(rows):
+            return
+        forms = self._forms.seen_from(rays.origin)
         for _ in range(MOST_STEPS):
             if not len(rows):
                 return
@@ -73,15 +75,25 @@ class Enclosed:
         return np.take(rows, self._on_solids(beyond.triangle))
 
 
-def enclosing(solid: Solid) -> np.ndarray:
-    """The vertices (n, 3) [m] of a solid's triangles, enlarged about its centre until all lie outside the solid."""
+def enclosing(solids: Sequence[Solid]) -> list[np.ndarray]:
+    """The vertices (n, 3) [m] of each solid's triangles, enlarged about its centre until all lie outside the solid."""
+    known: dict[tuple[int, str], float] = {}
+    found = []
+    for solid in solids:
+        form = solid.form
+        key = id(solid.triangles), f"{form.kind} {form.low} {form.high}"
+        if key not in known:  # the same for all copies, whatever their frames: it is a ratio along lines
+            known[key] = _enlarged(solid)
+        thin = float(np.linalg.svd(form.frame[:3, :3], compute_uv=False)[-1])
+        scale, centre = known[key] + min(MARGIN_M / thin, 0.01), form.frame[:3, 3]
+        found.append(np.asarray(centre + scale * (solid.vertices - centre)))
+    return found
+
+
+def _enlarged(solid: Solid) -> float:
+    """By what to enlarge a solid's triangles for the plane of each to be outside the solid, or touch it."""
     corners = solid.vertices[solid.triangles.astype(np.intp)]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    size = np.sqrt((normals * normals).sum(axis=1))
-    normals = normals[size > 0] / size[size > 0, None]
-    centre = solid.form.frame[:3, 3]
-    away = ((corners[size > 0, 0] - centre) * normals).sum(axis=1)
+    away = ((corners[:, 0] - solid.form.frame[:3, 3]) * normals).sum(axis=1)
     reach = solid.form.support(solid.form.frame[:3, :3].T @ normals.T)
-    least = float(away.min())
-    scale = float((reach / away).max()) + min(MARGIN_M / least, 0.01)
-    return np.asarray(centre + scale * (solid.vertices - centre))
+    return float((reach[away > 0] / away[away > 0]).max())

@@ -206,11 +206,16 @@ def _box(each: np.ndarray, way: np.ndarray, off: np.ndarray | None) -> Rows:
     return _ahead(enter.max(axis=0), leave.min(axis=0))
 
 
-def _slab(start: np.ndarray, ahead: np.ndarray, low: float = -1.0, high: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-    """From where to where low <= start + t ahead <= high (Kay and Kajiya 1986)."""
-    inverse = 1.0 / (ahead + 1e-300)  # a ray along a slab is never, or always, within it
-    one, two = (low - start) * inverse, (high - start) * inverse
-    return np.minimum(one, two), np.maximum(one, two)
+def _slab(start: np.ndarray, ahead: np.ndarray, half: np.ndarray | float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """From where to where |start + t ahead| <= half (Kay and Kajiya 1986)."""
+    middle = ahead + 1e-300  # a ray along a slab is never, or always, within it
+    np.divide(1.0, middle, out=middle)
+    span = np.abs(middle)
+    span *= half
+    middle *= start  # less than 0 where the ray comes to the middle of the slab
+    leave = span - middle
+    middle += span
+    return np.negative(middle, out=middle), leave
 
 
 def _cylinder(each: np.ndarray, way: np.ndarray, off: np.ndarray | None) -> Rows:
@@ -252,7 +257,7 @@ def _capsule(each: np.ndarray, way: np.ndarray, off: np.ndarray | None) -> Rows:
     low, high = each[12:]
     with np.errstate(all="ignore"):
         across, along, beside = u * u + v * v, x * u + y * v, x * x + y * y - 1.0
-        side, slab = _within(across + 1e-300, along, beside), _slab(z, w, low, high)
+        side, slab = _within(across + 1e-300, along, beside), _slab(z, w, high)
         enter, leave = np.maximum(side[0], slab[0]), np.minimum(side[1], slab[1])
         empty = ~(enter <= leave)
         enter[empty] = leave[empty] = np.nan

@@ -72,7 +72,8 @@ class Nearest:
         np.copyto(self._number, np.uint32(surface) + self._first, where=nearer)
         if self._with_normals:
             assert self._normals is not None
-            np.copyto(self._normals, normal.astype(np.float32), where=nearer[:, None])
+            for axis in range(3):  # five times as fast as rows of three
+                np.copyto(self._normals[:, axis], np.float32(normal[axis]), where=nearer)
         if self._spots is not None:
             np.copyto(self._spots.triangle, NOTHING, where=nearer)
 
@@ -92,15 +93,15 @@ class Nearest:
         and uv (`Spots`).
         """
         rows = np.flatnonzero(distance < np.take(self.distance, index))
-        distance, index = distance[rows], index[rows]
+        distance, index = np.take(distance, rows), np.take(index, rows)
         if once:
             self.distance[index] = distance
         else:
             np.minimum.at(self.distance, index, distance)
             won = np.flatnonzero(distance == np.take(self.distance, index))
-            index, rows = index[won], rows[won]
+            index, rows = np.take(index, won), np.take(rows, won)
         last_first = slice(None, None, -1)  # of equals the first is written last
-        self._mark(index[last_first], surfaces[rows[last_first]])
+        self._mark(index[last_first], np.take(surfaces, rows[last_first]))
         if self._with_normals:
             assert self._normals is not None
             self._normals[index[last_first]] = normals(rows)[last_first]

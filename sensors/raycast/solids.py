@@ -42,7 +42,7 @@ class MovingSolids:
             index, owner = windows(rays, places, which)
         forms = self._forms.seen_from(rays.origin, poses[self._bodies])
         rows, length = forms.meet(index, owner, rays.directions, rays.offsets)
-        index, owner = index[rows], owner[rows]
+        index, owner = np.take(index, rows), np.take(owner, rows)
 
         def normals(some: np.ndarray) -> np.ndarray:
             return forms.normals(index[some], owner[some], length[some], rays.directions, rays.offsets)
@@ -50,4 +50,4 @@ class MovingSolids:
         def spots(some: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             return np.full(len(some), NOTHING), np.zeros((len(some), 2), np.float32)
 
-        nearest.add_some(index, length.astype(np.float32), self.surfaces[owner], normals, spots)
+        nearest.add_some(index, length.astype(np.float32), np.take(self.surfaces, owner), normals, spots)

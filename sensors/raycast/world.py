@@ -243,7 +243,8 @@ class _Scenes:
             dtype=np.int32,
         )
         if static:
-            places = [enclosing(s) if world.is_solid(s) else np.asarray(s.vertices, np.float64) for _, s in static]
+            flat = [np.asarray(s.vertices, np.float64) for _, s in static[: len(static) - len(solids)]]
+            places = [*flat, *enclosing(solids)]
             vertices = [(place - anchor).astype(np.float32) for place in places]
             starts = np.cumsum([0, *(len(v) for v in vertices)]).astype(np.uint32)
             triangles = [np.asarray(s.triangles, np.uint32) + at for (_, s), at in zip(static, starts, strict=False)]
