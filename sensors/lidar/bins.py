@@ -106,11 +106,14 @@ class Bins:
     ) -> Iterator[tuple[Fraction, Fraction, slice]]:
         """(from, to, firings) of the part of each span of a turn in [start, end)."""
         begin, width = turn * self._turns.period, self._turns.period / count
-        first, pattern = rows.start, self._turns.pattern(turn)
+        first, pattern, before = rows.start, self._turns.pattern(turn), begin
         for number in range(count):
-            low, high = max(start, begin + number * width), min(end, begin + (number + 1) * width)
-            last = rows.stop if number == count - 1 else pattern.index_at((number + 1) * width)
+            after = (number + 1) * width
+            last = rows.stop if number == count - 1 else pattern.index_at(after)
             last = min(max(last, first), rows.stop)
-            if low < high and last > first:
+            after += begin
+            low, high = max(start, before), min(end, after)
+            if last > first and low < high:
                 yield low, high, slice(first, last)
                 first = last
+            before = after

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import weakref
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from collections import deque
 from collections.abc import Callable, Collection, Iterable, Sequence
 from fractions import Fraction
@@ -116,7 +116,7 @@ class History:
         number = [min(max(bisect_right(self._times, time) - 1, 0), last) for time in times]
         after = [min(index + 1, last) for index in number]
         shares = [
-            float(min(max(time - self._times[one], Fraction(0)) / (self._times[two] - self._times[one]), Fraction(1)))
+            min(max(float((time - self._times[one]) / (self._times[two] - self._times[one])), 0.0), 1.0)
             if two > one
             else 0.0
             for time, one, two in zip(times, number, after, strict=True)
@@ -159,9 +159,7 @@ class History:
         """The states from the last one at or before `start` to the first one at or after `end`."""
         self._begin()
         first = max(0, bisect_right(self._times, start) - 1)
-        last = first
-        while last + 1 < len(self._times) and self._times[last] < end:
-            last += 1
+        last = min(bisect_left(self._times, end, first), len(self._times) - 1)
         times, states = list(self._times), list(self._states)
         return times[first : last + 1], states[first : last + 1]
 

@@ -40,20 +40,28 @@ class Enclosed:
         if not len(rows):
             return
         forms = self._forms.seen_from(rays.origin)
+        hits: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
         for _ in range(MOST_STEPS):
-            if not len(rows):
-                return
-            owner = self._solid[found.triangle[rows] - self._first]
-            order = np.argsort(owner, kind="stable")
-            rows, owner = rows[order], owner[order]
+            rows, owner = self._by_solid(rows, found.triangle)
             met, length = forms.meet(rows, owner, rays.directions, rays.offsets)
-            hit = rows[met]
-            found.distance[hit] = length
-            found.normals[hit] = forms.normals(hit, owner[met], length, rays.directions, rays.offsets)
+            hits.append((rows[met], owner[met], length))
             passed = np.ones(len(rows), bool)
             passed[met] = False
             rows = self._go_on(scene, rays, found, rows[passed], threads)
+            if not len(rows):
+                break
         found.distance[rows], found.triangle[rows], found.normals[rows] = np.inf, NOTHING, 0.0
+        rows, owner, length = (np.concatenate(each) for each in zip(*hits, strict=True))
+        order = np.argsort(owner, kind="stable")
+        rows, owner, length = rows[order], owner[order], length[order]
+        found.distance[rows] = length
+        found.normals[rows] = forms.normals(rows, owner, length, rays.directions, rays.offsets)
+
+    def _by_solid(self, rows: np.ndarray, triangle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Rows of rays that hit triangles of solids, and the solids, sorted by these."""
+        owner = self._solid[triangle[rows] - self._first]
+        order = np.argsort(owner, kind="stable")
+        return rows[order], owner[order]
 
     def _on_solids(self, triangle: np.ndarray) -> np.ndarray:
         return np.flatnonzero((triangle >= self._first) & (triangle != NOTHING))
