@@ -25,6 +25,7 @@ JOINTS = {
     "graph.testing",
     "graph.trade",
     "graph.export",
+    "graph.view",
     "graph.__main__",
     "graph.usd_files",
 }

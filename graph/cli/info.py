@@ -55,6 +55,11 @@ def measure(recording: RunReader) -> dict[str, Regularity]:
     return found
 
 
+def said_of(recording: RunReader, topic: str, one: Regularity) -> str:
+    """A line about a topic: what came of what was due, period, gaps, times."""
+    return ", ".join(_said(recording, topic, one))
+
+
 def due(recording: RunReader, topic: str, found: Regularity) -> int | None:
     """The messages that were due: by the report, else the ticks from the first to the last message; None if no schedule
     is known.
@@ -79,7 +84,7 @@ def _lines(recording: RunReader, found: Mapping[str, Regularity]) -> Iterator[st
     yield f"{recording.name}: a recording{source}: {messages:,} messages in {files}, {size / 1e6:,.1f} MB"
     for name, one in found.items():
         type_name = recording.recorded[name].type_name
-        yield f"{name}: {', '.join(_said(recording, name, one))} ({type_name}, {one.size / 1e6:,.3f} MB)"
+        yield f"{name}: {said_of(recording, name, one)} ({type_name}, {one.size / 1e6:,.3f} MB)"
     for name, topic in (recording.report or {}).get("topics", {}).items():
         if name not in found and isinstance(topic, dict):
             sent = topic.get("messages")

@@ -59,6 +59,7 @@ COMMANDS = {
     "inspect": Command("show one frame of a sensor: header, channels, what was hit", "inspect", settings=True),
     "info": Command("say what a recording holds, and what was due", "info"),
     "export": Command("write a recording as pcd, ply, las, kitti, nuscenes, npz, csv or png", "export"),
+    "view": Command("draw a recording: one HTML page and pictures", "view"),
     "recover": Command("rebuild the index of a recording that was not finished", "recover"),
     "explain": Command("tell what ticks when, who consumes what, and where traps lie", "explain", settings=True),
     "trade": Command("measure speed against accuracy over fidelity knobs", "trade", settings=True),

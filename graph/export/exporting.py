@@ -64,13 +64,19 @@ def _fits(form: str, type_name: str) -> bool:
     return type_name == images.IMAGE if form == "png" else type_name != images.IMAGE
 
 
-def _chosen(run: RunReader, form: str, patterns: Sequence[str]) -> list[str]:
+def named_topics(run: RunReader, patterns: Sequence[str]) -> list[str]:
+    """The topics that one of the patterns fits, * for any text (no pattern: all). Raises UserError for one without."""
     wanted = [pattern if pattern.startswith(("/", "*")) else f"/{pattern}" for pattern in patterns]
     named = [name for name in run.recorded if not wanted or any(fnmatchcase(name, pattern) for pattern in wanted)]
     for pattern in wanted:
         if not any(fnmatchcase(name, pattern) for name in run.recorded):
             listed = ", ".join(run.recorded) or "no topics"
             raise UserError(f"--topic {pattern}: the recording has no such topic; it has {listed}")
+    return named
+
+
+def _chosen(run: RunReader, form: str, patterns: Sequence[str]) -> list[str]:
+    named = named_topics(run, patterns)
     topics = [name for name in named if _fits(form, run.recorded[name].type_name)]
     if not topics:
         listed = ", ".join(f"{name} ({run.recorded[name].type_name})" for name in named) or "no topics"

@@ -58,6 +58,17 @@ class TransformLog:
             found.append(edge.parent)
         return found
 
+    def frames(self) -> list[str]:
+        """The frames whose transforms are recorded, in the order in which they came."""
+        return list(self._edges)
+
+    def span(self, frame: str) -> tuple[int, int] | None:
+        """The times [ns] between which all moving transforms above a frame are recorded; None without a moving one."""
+        moving = [edge for name in self.chain(frame) if (edge := self._edges.get(name)) and not edge.static]
+        if not moving:
+            return None
+        return max(edge.times[0] for edge in moving), min(edge.times[-1] for edge in moving)
+
     def knows(self, frame: str) -> bool:
         """Whether a pose of the frame is recorded, or of a frame below it."""
         return frame in self._edges or any(edge.parent == frame for edge in self._edges.values())

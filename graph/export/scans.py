@@ -18,6 +18,7 @@ from .poses import TransformLog
 
 if TYPE_CHECKING:
     from graph.sim.messages.run_reader import RunReader
+    from graph.sim.messages.sources import Entry
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,20 +69,25 @@ def scans(run: RunReader, topics: Collection[str], transforms: TransformLog) -> 
     """The scans on these topics, by time. Raises RunError for a message that contradicts itself."""
     counts: Counter[str] = Counter()
     for entry in run.read(topics):
-        message = entry.load()
-        stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
         try:
-            points = points_of(message, entry.type_name)
+            yield scan_of(entry, counts[entry.topic], transforms)
         except ValueError as error:
+            stamp = entry.time_ns if entry.stamp_ns is None else entry.stamp_ns
             raise RunError(f"{run.name}: {entry.topic} at {stamp / 1e9:.9f} s: {error}") from None
-        frame = message.header.frame_id
-        pose = transforms.poses(frame, np.array([stamp]))
-        times = times_of(points, stamp)
-        point_poses = None
-        if times is not None and pose is not None and len(times):
-            different, place = np.unique(times, return_inverse=True)
-            known = transforms.poses(frame, different)
-            point_poses = None if known is None else known[place]
-        index = counts[entry.topic]
         counts[entry.topic] += 1
-        yield Scan(entry.topic, index, stamp, frame, points, None if pose is None else pose[0], times, point_poses)
+
+
+def scan_of(entry: Entry, index: int, transforms: TransformLog) -> Scan:
+    """The scan of a recorded message. Raises ValueError for one that contradicts itself."""
+    message = entry.load()
+    stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+    points = points_of(message, entry.type_name)
+    frame = message.header.frame_id
+    pose = transforms.poses(frame, np.array([stamp]))
+    times = times_of(points, stamp)
+    point_poses = None
+    if times is not None and pose is not None and len(times):
+        different, place = np.unique(times, return_inverse=True)
+        known = transforms.poses(frame, different)
+        point_poses = None if known is None else known[place]
+    return Scan(entry.topic, index, stamp, frame, points, None if pose is None else pose[0], times, point_poses)

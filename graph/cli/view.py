@@ -1,0 +1,57 @@
+"""`graph view`: one HTML page and pictures of a recorded run."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from graph.base.errors import RunError, UserError
+
+from .info import measure, said_of
+from .printing import say, tell
+
+FOLDER = "view"
+MOST_MB = 1000.0
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command's options."""
+    parser.add_argument(
+        "run", metavar="RUN", type=Path, help="folder of a run (--out), a .mcap or .db3 file, or a rosbag2 folder"
+    )
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help=f"folder to write into (default: {FOLDER} in the folder of the run)"
+    )
+    parser.add_argument(
+        "--topic", action="append", default=[], metavar="T", help="show this topic, * for any text; may be repeated"
+    )
+    parser.add_argument(
+        "--size", type=float, default=25.0, metavar="MB", help="size of the page at most, about (default: 25)"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Runs the command."""
+    from graph.export.exporting import named_topics
+    from graph.sim.messages.run_reader import open_run
+    from graph.view.writing import write_view
+
+    if not 6 <= args.size <= MOST_MB:
+        raise UserError(f"--size {args.size:g}: the page needs 6 to {MOST_MB:g} MB")
+    out: Path = args.out or (args.run if args.run.is_dir() else args.run.parent) / FOLDER
+    with open_run(args.run, whole=False) as recording:
+        topics = named_topics(recording, args.topic)
+        found = measure(recording)
+        sizes = {name: found[name].size / max(1, found[name].messages) for name in topics}
+        said = {name: said_of(recording, name, one) for name, one in found.items()}
+        source = f" of {recording.provenance['file']}" if "file" in recording.provenance else ""
+        summary = f"A recording{source}: {sum(one.messages for one in found.values()):,} messages"
+        try:
+            written, problems = write_view(recording, sizes, said, summary, out, args.size)
+        except OSError as error:
+            raise RunError(f"{error.filename or out}: {error.strerror or error}") from error
+        for line in (*recording.notes, *problems):
+            tell(line)
+    pictures = f" and {len(written) - 1} pictures" if len(written) > 1 else ""
+    say(f"wrote {written[0]} ({written[0].stat().st_size / 1e6:.1f} MB){pictures}")
+    return 0

@@ -1,0 +1,1 @@
+"""One HTML page of a recording: clouds, range images, radar, pictures, motion, values, and when everything came."""

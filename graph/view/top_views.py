@@ -1,0 +1,26 @@
+"""Pictures of clouds from above."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from graph.sim.transforms import Floats
+
+from .colours import indices, picture
+
+SIZE = 700
+"""Pixels of the longer side."""
+
+
+def top_view(places: Floats, low: Floats, high: Floats) -> Any:
+    """x to the right, y up, the highest point of each pixel by its height; low, high (3,): what the picture spans."""
+    span = np.maximum(high - low, 1e-6)
+    step = max(span[0], span[1]) / SIZE
+    width, height = (max(1, int(np.ceil(span[axis] / step))) for axis in (0, 1))
+    column = np.clip(((places[:, 0] - low[0]) / step).astype(np.int64), 0, width - 1)
+    row = np.clip(((high[1] - places[:, 1]) / step).astype(np.int64), 0, height - 1)
+    image = np.full(width * height, -np.inf)
+    np.maximum.at(image, row * width + column, places[:, 2])
+    return picture(indices(image.reshape(height, width), float(low[2]), float(high[2])))
