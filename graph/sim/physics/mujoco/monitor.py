@@ -9,7 +9,7 @@ import numpy as np
 from graph.sim.scene.stage import Warn
 
 from .library import mujoco
-from .step_size import EULER, LOST, RK4, Tumbling
+from .step_size import LOST, RK4, Tumbling
 
 if TYPE_CHECKING:
     from .engine import MujocoEngine
@@ -143,20 +143,20 @@ class Monitor:
             )
 
     def _check_tumbling(self, tumbling: Tumbling) -> None:
-        if not len(tumbling.bodies):
+        if not tumbling.bodies:
             self._tumbling = None
             return
         model = self._engine.model
-        body, lost, turn = tumbling.worst(model, self._engine.data)
-        if lost > LOST:
+        worst = tumbling.worst(model, self._engine.data)
+        if worst.share > LOST:
             self._tumbling = None
-            what = "gains" if model.opt.integrator == EULER else "loses"
+            much = f"{min(worst.share, 10.0):.0%} a second"
+            effect = f"its wobble grows by {much}" if worst.grows else f"it loses {much} of its angular momentum"
             better = "" if model.opt.integrator == RK4 else ", or set physics.integrator to rk4"
             self._warn(
                 "spin-too-fast",
-                self._engine.body_name(body),
-                f"it tumbles by {turn:.2g} rad in a step and so {what} about {min(lost, 1.0):.0%} of its angular "
-                f"momentum a second; raise physics_hz{better}",
+                self._engine.body_name(worst.body),
+                f"it turns by {worst.turn:.2g} rad in a step, and so {effect}; raise physics_hz{better}",
             )
 
     def _find_lost(self) -> None:

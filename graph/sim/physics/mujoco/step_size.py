@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -19,11 +20,11 @@ if TYPE_CHECKING:
     from .engine import MujocoEngine
 
 _KINDS = mujoco.mjtIntegrator
-EULER, RK4 = int(_KINDS.mjINT_EULER), int(_KINDS.mjINT_RK4)
+EULER, RK4, IMPLICIT = (int(kind) for kind in (_KINDS.mjINT_EULER, _KINDS.mjINT_RK4, _KINDS.mjINT_IMPLICIT))
 EXPLICIT = {EULER: "euler", RK4: "rk4"}
 
 LOST = 0.01
-"""Share of its angular momentum that a tumbling body may lose or gain per second."""
+"""Share of its angular momentum that a tumbling body may lose per second, or by which its wobble may grow."""
 
 MOST_HZ = 1e9
 
@@ -71,36 +72,64 @@ def check_drives(engine: MujocoEngine, warn: Warn) -> None:
         )
 
 
-class Tumbling:
-    """Bodies that turn too fast for the integrator.
+@dataclass(frozen=True, slots=True)
+class Wobble:
+    """How the worst body fares: its number, its turn per step [rad], the share of its momentum that it loses per
+    second, or by which its wobble grows.
+    """
 
-    The engine adds the gyroscopic torque w x L of the step's start. Within the step the momentum L turns, as seen from
-    the body, by g = dt |w x L| / |L|; so a tumbling body loses (euler: gains) about 0.08 g2 of it in each step, with
-    rk4 g6 / 1000 (measured, see `tests/stability`). A body that spins about an axis of its inertia keeps g = 0 and L.
+    body: int
+    turn: float
+    share: float
+    grows: bool
+
+
+class Tumbling:
+    """Bodies on free and ball joints that turn too fast for the integrator. J: their inertia about their pivot.
+
+    Where the gyroscopic torque w x J w is that of the start of the step (free joints: euler; ball joints: all but
+    implicit and rk4), a wobble about a principal axis k, of rate l2 = w2 (Jk - Ji) (Jk - Jj) / (Ji Jj), grows by l2 dt
+    / 2 per second. Where it is implicit the momentum turns, as seen from the body, by g = dt |w x J w| / |J w| in a
+    step and loses about 0.08 g2 of its size; rk4: g6 / 1000 (both measured, see `tests/stability`). A body that spins
+    about the only axis of its inertia that differs keeps all of it.
     """
 
     def __init__(self, model: Any, bodies: int) -> None:
-        free = [
-            body
-            for body in range(1, 1 + bodies)
-            if (joint := int(model.body_jntadr[body])) >= 0
-            and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE
-            and np.ptp(model.body_inertia[body]) > 0.01 * model.body_inertia[body].max()
-        ]
-        self.bodies = np.array(free, dtype=np.intp)
-        self._inertia: Floats = model.body_inertia[self.bodies]
-        self._axes = transforms.rotation_matrices(model.body_iquat[self.bodies])
-        first = model.jnt_dofadr[model.body_jntadr[self.bodies]] + 3
-        self._dofs = first[:, None] + np.arange(3)
+        kinds = mujoco.mjtJoint
+        found: list[tuple[int, bool, int, Floats, Floats]] = []
+        for body in range(1, 1 + bodies):
+            joint = int(model.body_jntadr[body])
+            kind = int(model.jnt_type[joint]) if joint >= 0 and model.body_jntnum[body] == 1 else -1
+            if kind not in (kinds.mjJNT_FREE, kinds.mjJNT_BALL):
+                continue
+            free = kind == kinds.mjJNT_FREE
+            arm = np.zeros(3) if free else model.body_ipos[body] - model.jnt_pos[joint]
+            turn = transforms.rotation_matrices(model.body_iquat[body])
+            tensor = turn @ np.diag(model.body_inertia[body]) @ turn.T
+            tensor += model.body_mass[body] * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+            inertia, axes = np.linalg.eigh(tensor)
+            if np.ptp(inertia) > 0.01 * inertia.max():
+                found.append((body, free, int(model.jnt_dofadr[joint]) + (3 if free else 0), inertia, axes))
+        self.bodies = [each[0] for each in found]
+        self._free = np.array([each[1] for each in found], dtype=np.bool_)
+        self._dofs = np.array([each[2] for each in found], dtype=np.intp)[:, None] + np.arange(3)
+        self._inertia: Floats = np.array([each[3] for each in found]).reshape(-1, 3)
+        self._axes: Floats = np.array([each[4] for each in found]).reshape(-1, 3, 3)
+        following, last = np.roll(self._inertia, -1, axis=1), np.roll(self._inertia, -2, axis=1)
+        spread = (self._inertia - following) * (self._inertia - last)
+        self._wobble = np.abs(spread) / np.maximum(following * last, 1e-300)
 
-    def worst(self, model: Any, data: Any) -> tuple[int, float, float]:
-        """The body that loses most: its number, the share of its momentum per second, its turn per step [rad]."""
+    def worst(self, model: Any, data: Any) -> Wobble:
+        """The body that loses or gains most in the present state."""
+        dt, integrator = float(model.opt.timestep), int(model.opt.integrator)
         rates = np.einsum("bji,bj->bi", self._axes, data.qvel[self._dofs])
         momentum = rates * self._inertia
-        dt = float(model.opt.timestep)
-        turn = dt * np.linalg.norm(np.cross(rates, momentum), axis=1)
-        turn /= np.maximum(np.linalg.norm(momentum, axis=1), 1e-300)
-        number = int(np.argmax(turn))
-        g = float(turn[number])
-        lost = g**6 / 1000 if model.opt.integrator == RK4 else 0.08 * g * g
-        return int(self.bodies[number]), lost / dt, float(np.linalg.norm(rates[number])) * dt
+        g = dt * np.linalg.norm(np.cross(rates, momentum), axis=1)
+        g /= np.maximum(np.linalg.norm(momentum, axis=1), 1e-300)
+        lost = (g**6 / 1000 if integrator == RK4 else 0.08 * g * g) / dt
+        grown = (self._wobble * rates * rates).max(axis=1) * dt / 2
+        grows = np.full(len(g), integrator == EULER) | (~self._free & (integrator not in (RK4, IMPLICIT)))
+        share = np.where(grows, grown, lost)
+        row = int(np.argmax(share))
+        turn = float(np.linalg.norm(rates[row])) * dt
+        return Wobble(self.bodies[row], turn, float(share[row]), bool(grows[row]))
