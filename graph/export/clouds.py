@@ -47,6 +47,8 @@ def _of_cloud(message: Any) -> Points:
         raise ValueError(f"the cloud has no field {', '.join(sorted(missing))}")
     packed = np.dtype([(name, np.dtype(form).newbyteorder("<")) for name, (form, _) in layout.items()])
     data = np.asarray(message.data, np.uint8)
+    if message.point_step >= 2**31:
+        raise ValueError(f"a point of {message.point_step} bytes is beyond what an array can have")
     used = message.width * message.point_step
     if (message.height > 1 and message.row_step < used) or data.size < message.height * used:
         raise ValueError(f"{data.size} bytes of data are too few for {message.height} x {message.width} points")

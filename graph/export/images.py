@@ -23,6 +23,8 @@ def pixels(message: Any) -> NDArray[Any]:
     """
     if message.encoding not in _LAYOUTS:
         raise ValueError(f"images of encoding {message.encoding!r} cannot be exported; known: {', '.join(_LAYOUTS)}")
+    if not message.width or not message.height:
+        raise ValueError("the image has no pixels")
     form, channels = _LAYOUTS[message.encoding]
     dtype = np.dtype((">" if message.is_bigendian else "<") + form)
     row = message.width * channels * dtype.itemsize

@@ -316,3 +316,19 @@ def test_turns_between_two_transforms_take_the_shorter_arc():
     np.testing.assert_allclose(pose[:2, :2], [[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
     np.testing.assert_allclose(pose[:3, 3], [1, 0, 0])
     assert log.poses("f", np.array([2 * SECOND])) is None
+
+
+def test_an_image_without_pixels_and_a_step_beyond_memory_are_one_line(tmp_path, capsys):
+    bus = MessageBus()
+    bus.subscribe(McapSink(tmp_path / "run.mcap"))
+    bus.publish("/rgb", IMAGE, from_plain(IMAGE, {"header": header(0, "c"), "encoding": "rgb8"}), 0)
+    message = point_cloud(np.zeros((0, 3), np.float32), {}, 0, "lidar")
+    message.point_step = 2**32 - 1
+    bus.publish("/points", CLOUD, message, 0)
+    bus.close()
+    for form, said in (("png", "/rgb: the image has no pixels"), ("pcd", "/points at 0.000000000 s: ")):
+        file = str(tmp_path / "run.mcap")
+        assert main(["export", file, "--format", form, "--out", str(tmp_path / "out")]) == 1
+        error = capsys.readouterr().err
+        assert said in error
+        assert len(error.splitlines()) == 1
