@@ -138,7 +138,7 @@ class Fidelity(PhysicsKnobs):
         Literal["exact", "mesh"],
         Knob(
             "spheres, boxes, capsules, cylinders and cones, of any scale: rays meet their formulas, or their triangles",
-            cost="mesh: 3 to 5 times the cast at moving solids; triangles as for mesh.tolerance",
+            cost="mesh: 2 to 4 times the cast at moving solids; triangles as for mesh.tolerance",
             error="exact: 1e-6 of the range; mesh: mesh.tolerance",
             why="the least error, and the fastest where solids move",
             finer="exact",
