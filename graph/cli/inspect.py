@@ -13,6 +13,7 @@ from graph.base.errors import RunError, UserError
 
 from .arguments import add_allow, add_nodes, add_skip_outside
 from .printing import aligned, note_line, say, say_json, tell
+from .product_size import product_size
 
 if TYPE_CHECKING:
     from graph.session.open import Session
@@ -114,7 +115,7 @@ def inspect(session: Session, path: str, *, aux: str | None = None, updates: int
     app = session.app
     if aux is not None:
         write_aux_level(app.stage.GetPrimAtPath(path), aux)
-    product = render_product(app, path)
+    product = render_product(app, path, product_size(app, path))
     kind = sensor_types()[product.sensor.type_name]
     is_points = "flags" in kind.measures  # then the elements can be made into a GenericModelOutput
     output = Annotator(find_annotator("GenericModelOutput"), app=app).attach(product) if is_points else None

@@ -11,6 +11,7 @@ from sensors.annotators.types import Reading
 
 from .config import CameraConfig
 from .lens import FisheyeLens, FthetaLens, ParallelLens
+from .prism_lens import PrismFisheyeLens
 
 
 def camera_params(reading: Reading) -> dict[str, Any]:
@@ -65,16 +66,17 @@ def _model(config: CameraConfig) -> str:
 
 
 def _fisheye(config: CameraConfig) -> dict[str, Any]:
-    """The numbers of an f-theta lens; 0 for every other."""
+    """The numbers of an f-theta lens, and the tangential and prism terms of a fisheye; 0 for every other."""
     lens = config.lens
     ftheta = lens if isinstance(lens, FthetaLens) else None
+    prism = lens if isinstance(lens, PrismFisheyeLens) else None
     polynomial = np.zeros(6, np.float32)
     if ftheta is not None:
         polynomial[: len(ftheta.coefficients)] = ftheta.coefficients
     centre = (lens.cx * ftheta.scale, lens.cy * ftheta.scale) if ftheta else (0.0, 0.0)
     return {
-        "cameraFisheyeLensP": np.zeros(2, np.float32),
-        "cameraFisheyeLensS": np.zeros(4, np.float32),
+        "cameraFisheyeLensP": np.array(prism.p if prism else (0.0,) * 2, np.float32),
+        "cameraFisheyeLensS": np.array(prism.s if prism else (0.0,) * 4, np.float32),
         "cameraFisheyeMaxFOV": float(np.rad2deg(2 * ftheta.most)) if ftheta else 0.0,
         "cameraFisheyeNominalHeight": round(lens.height * ftheta.scale) if ftheta else 0,
         "cameraFisheyeNominalWidth": round(lens.width * ftheta.scale) if ftheta else 0,

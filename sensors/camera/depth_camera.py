@@ -17,8 +17,9 @@ class SingleViewDepthCameraSensor(CameraSensor):
 
     These are depth_sensor_distance, depth_sensor_imager, depth_sensor_point_cloud_position (world [m]) and
     depth_sensor_point_cloud_color. What it measures is set on the render product
-    (OmniSensorDepthSensorSingleViewAPI), by the setters here; they raise AssertionError where all values are None.
-    Confidence, outliers and coloured depth are not modelled.
+    (OmniSensorDepthSensorSingleViewAPI), by the setters here; they raise AssertionError where all values are None. How
+    confidence, outliers and coloured depth are worked out is not published: their settings are kept, without effect and
+    with a warning.
     """
 
     annotator_specs: ClassVar[Mapping[str, dict[str, Any]]] = {
@@ -76,6 +77,31 @@ class SingleViewDepthCameraSensor(CameraSensor):
     def set_enabled_post_processing(self, enabled: bool | None) -> None:
         """Whether depth is measured; if not, it is exact."""
         self._set(enabled=enabled)
+
+    def set_sensor_disparity_confidence(self, confidence_threshold: float | None) -> None:
+        """Keeps the confidence below which a disparity counts as not found; it has no effect."""
+        self._keep("confidenceThreshold", "Float", confidence_threshold)
+
+    def set_sensor_output_mode(self, output_mode: int | None) -> None:
+        """Keeps how depth is painted over the colours, 0 (not at all) to 7; it has no effect."""
+        if output_mode is not None and output_mode not in range(8):
+            raise SensorValueError(f"{self.path}: output_mode {output_mode}: give a whole number from 0 to 7")
+        self._keep("rgbDepthOutputMode", "Int", output_mode)
+
+    def set_enabled_outlier_removal(self, enabled: bool | None) -> None:
+        """Keeps whether outliers are removed; it has no effect."""
+        self._keep("outlierRemovalEnabled", "Bool", enabled)
+
+    def _keep(self, name: str, kind: str, value: float | bool | None) -> None:
+        """Writes a setting without effect on the render product."""
+        from graph.sim.usd import Sdf, Usd
+
+        assert value is not None, f"give {name}"
+        app, path = self.camera.app, self.render_product.path
+        with Usd.EditContext(app.stage, app.stage.GetSessionLayer()):
+            prim = app.stage.GetPrimAtPath(path)
+            prim.CreateAttribute(PREFIX + name, getattr(Sdf.ValueTypeNames, kind), custom=False).Set(value)
+        app.warn("depth-setting-ignored", f"{path}.{name}", f"{PREFIX}{name} has no effect here")
 
     def _copy_template(self) -> None:
         """Takes what a configuration or an asset says of the camera's render product."""

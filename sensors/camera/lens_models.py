@@ -10,6 +10,7 @@ from graph.base.errors import UserError
 
 from .lens import BrownLens, FisheyeLens, FthetaLens, Lens
 from .names import LENS, LENS_MODEL
+from .prism_lens import PrismFisheyeLens
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -25,11 +26,17 @@ NOMINAL: dict[str, Any] = {
 }
 FTHETA = {**NOMINAL, "k0": 0.0, "k1": 0.00245, "k2": 0.0, "k3": 0.0, "k4": 0.0}
 KANNALA = {**NOMINAL, "k0": 0.0, "k1": 0.00245, "k2": 0.0, "k3": 0.0}
+PRISM = {
+    **NOMINAL,
+    "k0": 0.0,
+    **dict.fromkeys((*(f"k{n}" for n in range(1, 6)), "p0", "p1", *(f"s{n}" for n in range(4))), 0.0),
+}
 MODELS: dict[str, dict[str, Any]] = {
     "opencvPinhole": BROWN,
     "opencvFisheye": FISHEYE,
     "ftheta": FTHETA,
     "kannalaBrandtK3": KANNALA,
+    "radTanThinPrism": PRISM,
 }
 """Token of omni:lensdistortion:model -> its attributes with their defaults."""
 
@@ -59,6 +66,11 @@ def distorting_lens(prim: Usd.Prim, size: tuple[int, int]) -> Lens | None:
     model = lens_model(prim)
     if model in ("", "pinhole"):
         return None
+    if model == "lut":
+        raise UserError(
+            f"{prim.GetPath()}.{LENS_MODEL} is 'lut': how its textures hold directions is not published; describe the "
+            f"lens with one of {', '.join(MODELS)}"
+        )
     if model not in MODELS:
         raise UserError(f"{prim.GetPath()}.{LENS_MODEL} is {model!r}; there are {', '.join(MODELS)}")
     values = lens_values(prim, model)
@@ -72,7 +84,22 @@ def distorting_lens(prim: Usd.Prim, size: tuple[int, int]) -> Lens | None:
     if model == "ftheta":
         coefficients = tuple(values[f"k{number}"] for number in range(5))
         return FthetaLens(*size, 1.0, 1.0, *centre, coefficients, 1 / across, most)
+    if model == "radTanThinPrism":
+        return _prism(prim, model, values, (*size, across, down, *centre), most)
     return FisheyeLens(*size, across, down, *centre, tuple(values[f"k{number}"] for number in range(4)), most)
+
+
+def _prism(
+    prim: Usd.Prim, model: str, values: dict[str, Any], film: tuple[int, int, float, float, float, float], most: float
+) -> Lens:
+    """A fisheye whose radius [px] is k0 a + k1 a^3 + ... of the angle a, as of kannalaBrandtK3.
+
+    Tangential and prism terms act in units of k0, which is so the focal length: nothing published says their units.
+    """
+    focal, (width, height, across, down, right, low) = _size(prim, model, values, "k0"), film
+    radial = tuple(values[f"k{number}"] / focal for number in range(6))
+    p, s = (tuple(values[f"{letter}{n}"] for n in range(count)) for letter, count in (("p", 2), ("s", 4)))
+    return PrismFisheyeLens(width, height, across * focal, down * focal, right, low, radial, most, p, s)
 
 
 def _opencv(prim: Usd.Prim, model: str, values: dict[str, Any], size: tuple[int, int]) -> Lens:

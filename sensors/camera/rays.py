@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 
 from sensors.raycast.rays import RayBundle, RayMemory
@@ -42,7 +44,22 @@ class CameraRays:
         self._turned_by = b""
         self._rotation = np.eye(3)
         self._offsets: np.ndarray | None = None
+        self._cone = _cone(self._local)
         self._grid: RayGrid | None = None
+
+    def copies(self, count: int) -> tuple[np.ndarray, list[CameraRays]]:
+        """The rays of `count` cameras with this lens: one table (count x n, 6) float32, and the cameras, whose own
+        tables are its parts.
+        """
+        rays = len(self)
+        table, world = np.empty((count * rays, 6), np.float32), np.empty((count, 3, rays), np.float32)
+        found = []
+        for number in range(count):
+            one = copy(self)
+            one._table, one._world = table[number * rays : (number + 1) * rays], world[number]
+            one._memory, one._turned_by, one._grid = RayMemory(), b"", copy(self.grid())
+            found.append(one)
+        return table, found
 
     def __len__(self) -> int:
         return len(self._table)
@@ -58,6 +75,8 @@ class CameraRays:
                 self._offsets = np.ascontiguousarray(self._origins @ rotation.T.astype(np.float32))
         bundle = RayBundle(pose[:3, 3], self._table, self._offsets, exclude, columns=self._world, memory=self._memory)
         self._rotation = rotation
+        axis, angle = self._cone
+        bundle.cone = rotation @ axis, angle
         if grid:
             bundle.grid = self.grid()
         return bundle
@@ -120,3 +139,14 @@ class CameraRays:
             for other in (1, 2):
                 column += np.multiply(self._local[other], rotation[axis, other], out=self._term)
             self._table[:, 3 + axis] = column
+
+
+def _cone(directions: np.ndarray) -> tuple[np.ndarray, float]:
+    """A unit vector (3,) float64 in the middle of directions (3, n) and the largest angle to it [rad]."""
+    lit = directions[:, directions.any(axis=0)].astype(np.float64)
+    middle = lit.sum(axis=1)
+    length = float(np.sqrt(middle @ middle))
+    if not length > 1e-6 * max(1, lit.shape[1]):  # all round, or no ray at all
+        return np.array([0.0, 0.0, -1.0]), np.pi
+    axis = middle / length
+    return axis, float(np.arccos(np.clip((axis @ lit).min(), -1.0, 1.0)))

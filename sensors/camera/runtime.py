@@ -29,6 +29,10 @@ from .view import View, look
 if TYPE_CHECKING:
     from pxr import Usd
 
+    from sensors.raycast.world import CastWorld
+
+    from .tiles import TileGroup
+
 NUMBERED = (INSTANCE, LABELLED, SEMANTIC)
 LIT = frozenset({RGB, HDR})
 MOST_HALF = 65504.0
@@ -47,6 +51,8 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
 
     type_name = PRIM_TYPE
     side_axis = 0
+    group: TileGroup | None = None
+    """The cameras with which it looks together."""
 
     def read(self, prim: Usd.Prim) -> CameraConfig:
         """The camera that the prim describes, at the product's size."""
@@ -84,20 +90,16 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
     def measure(self, tick: Tick) -> Measurement:
         """The image of a tick."""
         app, config, wanted = self._app, self.config, self.channels()
-        pose = self.pose(tick.poses)
         arrays: dict[str, np.ndarray] = {}
         width, height = config.size
         if wanted:
-            if self._rays is None:
-                self._rays = CameraRays(config.lens)
             world = cast_world(app)
             lines = self._lines(tick)
             lit = bool(wanted & LIT) and self._pictures.samples == 1
             normals = lit or "normals" in wanted
             shapes = smooth_surfaces(app, world) if normals else {}
             spots = bool(shapes) or (lit and looks_of(app, world).vary)
-            seen = world, self._rays, config, pose, tick.poses, self.exclude
-            view = look(*seen, normals=normals, spots=spots, lines=lines)
+            pose, view = self._look(world, tick, lines, normals=normals, spots=spots)
             smoothen(view, shapes, world, tick.poses)
             images = self._images(view, tick)
             if wanted & LIT:
@@ -107,7 +109,22 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
                 labelled = dict(images).get(LABELLED)
                 numbers = self._numbered(view, LABELLED) if labelled is None else labelled
                 arrays |= boxes_of(app, view, config, tick.poses, numbers, wanted)
+        else:
+            pose = self.pose(tick.poses)
         return Measurement(arrays, width * height, None if self.history is not None else (pose, pose))
+
+    def _look(
+        self, world: CastWorld, tick: Tick, lines: LineExposure | None, *, normals: bool, spots: bool
+    ) -> tuple[np.ndarray, View]:
+        """The pose, (4, 4) float64 [m], and what is seen: with the cameras of the group if it can be."""
+        together = self.group and self.group.view(self, world, tick, normals=normals, spots=spots)
+        if together:
+            return together
+        if self._rays is None:
+            self._rays = CameraRays(self.config.lens)
+        pose = self.pose(tick.poses)
+        seen = world, self._rays, self.config, pose, tick.poses, self.exclude
+        return pose, look(*seen, normals=normals, spots=spots, lines=lines)
 
     def _images(self, view: View, tick: Tick) -> list[tuple[str, np.ndarray]]:
         """The channels in demand, each with a row for every pixel."""

@@ -12,6 +12,7 @@ from sensors.errors import SensorValueError
 from sensors.sensor import RenderedSensor, check_names, short_names
 
 from .authoring import CameraView, RtxCamera
+from .tiles import TileGroup
 
 if TYPE_CHECKING:
     from graph.sim import App
@@ -133,6 +134,7 @@ class TiledCameraSensor:
         self.rows = max(1, round(len(listed) ** 0.5))
         self.columns = -(-len(listed) // self.rows)
         self._size = int(resolution[0]), int(resolution[1])
+        self._group = TileGroup([sensor.runtime for sensor in self.sensors])
 
     @property
     def resolution(self) -> tuple[int, int]:

@@ -72,6 +72,11 @@ def look(
     else:
         bundle = rays.line_bundle(pose, lines.poses(), lines.line_of(), exclude)
         hits = lines.cast(world, bundle, normals=normals, spots=spots)
+    return shown(world, rays, config, bundle, hits, poses)
+
+
+def shown(world: CastWorld, rays: CameraRays, config: CameraConfig, bundle: RayBundle, hits: Hits, poses: Any) -> View:
+    """What a camera shows of what its rays hit: between the near and the far distance. It changes `hits` in place."""
     distance = hits.distance
     if rays.dark is not None:
         _forget(hits, rays.dark)

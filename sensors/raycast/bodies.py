@@ -53,6 +53,11 @@ class MovingMeshes:
         if not self._near.all_few:  # otherwise all are gathered
             self._build(moving, centre)
 
+    @property
+    def few(self) -> bool:
+        """Whether all meshes are small and few, so that all rays may be cast at all of them."""
+        return self._near.all_few
+
     def _build(self, moving: Sequence[Moving], centre: np.ndarray) -> None:
         first: dict[bytes, int] = {}
         for number, entry in enumerate(moving):
@@ -85,7 +90,7 @@ class MovingMeshes:
         nearest: Nearest,
     ) -> None:
         """Adds hits with the bodies at `poses` (b, 4, 4) float64 [m]; skip: (m,) bool, meshes that are left out."""
-        if self._near.all_few and len(rays.table) <= FEW_RAYS:
+        if self._near.all_few and (rays.parts or len(rays.table) <= FEW_RAYS):
             which = np.arange(len(self.bodies)) if skip is None else np.flatnonzero(~skip)
             if len(which):
                 self._near.cast(rays, None, which, anchor, poses, threads, nearest)

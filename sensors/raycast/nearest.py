@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 
 import numpy as np
 
@@ -44,6 +45,16 @@ class Nearest:
             if self.with_spots:
                 self._spots = Spots(self._number.copy(), np.zeros((self._count, 2), np.float32))
         return self._distance
+
+    def some(self, rows: slice) -> Nearest:
+        """The part for some rays, numbered from 0: what is added to it is added here."""
+        distance = self.distance
+        assert self._number is not None
+        part = copy(self)
+        part._distance, part._number, part._count = distance[rows], self._number[rows], len(distance[rows])
+        part._normals = None if self._normals is None else self._normals[rows]
+        part._spots = None if self._spots is None else self._spots.some(rows)
+        return part
 
     def hits(self) -> Hits:
         """The nearest of all added hits."""

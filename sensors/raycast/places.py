@@ -6,11 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .rays import RayBundle
+from .rays import MARGIN_RAD, RayBundle
 from .windows import RayGrid
-
-MARGIN_RAD = 1e-4
-"""Cones are widened by this angle, so that rounding loses no ray."""
 
 _SIGNS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -12,6 +13,8 @@ from .triangles import TriangleHits
 from .windows import RayGrid
 
 NO_SURFACE = -1
+MARGIN_RAD = 1e-4
+"""Cones are widened by this angle, so that rounding loses no ray."""
 NOTHING = np.uint32(2**32 - 1)
 """Object index of a miss."""
 
@@ -51,7 +54,9 @@ class RayBundle:
     there. exclude: prim paths that are never hit, with everything below them. reach: farther hits [m] may be left out.
     grid: a `RayGrid` that contains the bundle's directions from `first` on; only for speed. swing: the largest angle
     [rad] between a direction and its place in the grid. columns: (3, n) float32, contiguous, the same directions by
-    axis; computed if not given. memory: that of the table; None if the table is not reused.
+    axis; computed if not given. memory: that of the table; None if the table is not reused. parts: of a table with the
+    rays of several sensors, one bundle for each, in order; all of them have `exclude`. cone: a unit
+    vector (3,), world axes, and an angle [rad] around it within which all directions lie; only for speed.
     """
 
     origin: np.ndarray
@@ -64,6 +69,8 @@ class RayBundle:
     swing: float = 0.0
     columns: np.ndarray | None = None
     memory: RayMemory | None = None
+    parts: Sequence[RayBundle] = ()
+    cone: tuple[np.ndarray, float] | None = None
 
     @property
     def directions(self) -> np.ndarray:
@@ -71,6 +78,21 @@ class RayBundle:
         if self.columns is None:
             self.columns = np.ascontiguousarray(self.table[:, 3:6].T)
         return self.columns
+
+    def each(self) -> Iterator[tuple[int, RayBundle]]:
+        """The bundles of single sensors, each with the number of its first ray here."""
+        first = 0
+        for part in self.parts or (self,):
+            yield first, part
+            first += len(part.table)
+
+    def may_meet(self, towards: np.ndarray, distance: np.ndarray, half: np.ndarray) -> np.ndarray:
+        """(m,) bool, whether rays may go into cones about `towards` (m, 3), `distance` (m,) long, of angles `half`."""
+        if self.cone is None:
+            return np.ones(len(half), bool)
+        axis, angle = self.cone
+        between = np.arccos(np.clip(towards @ axis / distance, -1.0, 1.0))
+        return np.asarray(between <= half + (angle + MARGIN_RAD))
 
     def spread(self) -> float:
         """Distance [m] of the farthest ray origin from the bundle's origin."""
@@ -97,6 +119,10 @@ class Spots:
 
     triangle: np.ndarray
     uv: np.ndarray
+
+    def some(self, rows: slice) -> Spots:
+        """Those of some rays; the arrays are parts of these."""
+        return Spots(self.triangle[rows], self.uv[rows])
 
 
 @dataclass(slots=True)

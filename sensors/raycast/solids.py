@@ -29,7 +29,9 @@ class MovingSolids:
     def cast(self, rays: RayBundle, poses: np.ndarray, skip: np.ndarray | None, nearest: Nearest) -> None:
         """Adds hits with the bodies at `poses` (b, 4, 4) float64 [m]; skip: (m,) bool, solids that are left out."""
         places = self._bounds.places(rays, poses)
-        seen = places.distance - places.radius <= rays.reach
+        seen = (places.distance - places.radius <= rays.reach) & rays.may_meet(
+            places.towards, places.distance, places.half
+        )
         if skip is not None:
             seen &= ~skip
         which = np.flatnonzero(seen)

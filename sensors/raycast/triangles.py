@@ -47,6 +47,11 @@ class TriangleHits:
     normals: np.ndarray
     uv: np.ndarray | None = None
 
+    def some(self, rows: slice) -> TriangleHits:
+        """The hits of some rays; the arrays are parts of these."""
+        uv = None if self.uv is None else self.uv[rows]
+        return TriangleHits(self.distance[rows], self.triangle[rows], self.normals[rows], uv)
+
 
 class TriangleScene:
     """Triangles with their acceleration structure.

@@ -15,6 +15,7 @@ from graph.sim.geometry.collect import Mesh, Plane, Solid
 from .bodies import MovingMeshes
 from .enclosed import Enclosed, enclosing
 from .moving import Moving
+from .near import NEAR_ANCHOR_M
 from .nearest import Nearest
 from .planes import cast_plane
 from .rays import NO_SURFACE, Hits, RayBundle
@@ -29,6 +30,12 @@ world.
 """
 
 _numbers = itertools.count()
+
+
+def anchor_of(places: np.ndarray) -> np.ndarray:
+    """The points of the grid, (..., 3) float64 [m], that are nearest to places."""
+    return np.asarray(np.round(places / GRID_M) * GRID_M)
+
 
 KEPT_SCENES = 32
 """Static scenes kept for (anchor, exclude) pairs; the least recently used is dropped first."""
@@ -109,7 +116,7 @@ class CastWorld:
 
     def cast(self, rays: RayBundle, poses: Any = None, *, normals: bool = False, spots: bool = False) -> Hits:
         """Nearest hits; see `RayCaster`. Normals follow the winding, in world axes."""
-        anchor = np.round(rays.origin / GRID_M) * GRID_M
+        anchor = anchor_of(rays.origin)
         scenes = self._scenes(anchor, rays.exclude)
         threads = self.threads
         numbers = scenes.surface_of, scenes.starts, scenes.triangles
@@ -121,13 +128,14 @@ class CastWorld:
         for index, _ in self._planes:
             if index not in scenes.skip:
                 origin, normal = self.plane(index, body_poses)
-                height = float((rays.origin - origin) @ normal)
-                nearest.add_plane(cast_plane(height, rays.offsets, rays.directions, normal), normal, index)
+                nearest.add_plane(_plane_distances(rays, origin, normal), normal, index)
         if self._moving is not None and body_poses is not None:
             skip = scenes.left_out(self._moving.surfaces)
             self._moving.cast(rays, anchor, body_poses, skip, threads, nearest)
         if self._solids is not None and body_poses is not None:
-            self._solids.cast(rays, body_poses, scenes.left_out(self._solids.surfaces), nearest)
+            skip = scenes.left_out(self._solids.surfaces)
+            for first, part in rays.each():
+                self._solids.cast(part, body_poses, skip, nearest.some(slice(first, first + len(part.table))))
         if self._soft is not None:
             self._soft.cast(rays, poses, scenes.skip, threads, nearest)
         return nearest.hits()
@@ -138,8 +146,17 @@ class CastWorld:
 
         The scene is None without static geometry.
         """
-        anchor = np.round(origin / GRID_M) * GRID_M
+        anchor = anchor_of(origin)
         return anchor, self._scenes(anchor, exclude).static
+
+    @property
+    def rays_go_everywhere(self) -> bool:
+        """Whether the rays of several sensors may be cast together: nothing that moves needs rays of its own."""
+        return self._soft is None and (self._moving is None or self._moving.few)
+
+    def shares_frame(self, places: np.ndarray) -> bool:
+        """Whether sensors at (n, 3) [m] from their anchor see moving meshes in one scene."""
+        return self._moving is None or bool(np.abs(places).max() < NEAR_ANCHOR_M)
 
     def planes(self, exclude: frozenset[str]) -> list[int]:
         """The infinite planes that are not excluded."""
@@ -199,6 +216,16 @@ class CastWorld:
         else:
             self._sets.move_to_end(key)
         return scenes
+
+
+def _plane_distances(rays: RayBundle, origin: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """(n,) float32 [m] from rays to a plane through a point."""
+    parts = [part for _, part in rays.each()]
+    heights = [float((part.origin - origin) @ normal) for part in parts]
+    found = [
+        cast_plane(height, part.offsets, part.directions, normal) for height, part in zip(heights, parts, strict=True)
+    ]
+    return found[0] if len(found) == 1 else np.concatenate(found)
 
 
 def soft_prim(surface: Mesh, soft: frozenset[str]) -> str | None:
@@ -276,7 +303,8 @@ class _Scenes:
         rays.start_at(start)
         found = static.cast(rays.table, threads, uv=uv)
         if self._enclosed is not None:
-            self._enclosed.correct(static, rays, found, threads)
+            for first, part in rays.each():
+                self._enclosed.correct(static, part, found.some(slice(first, first + len(part.table))), threads)
         if memory is not None:
             memory.cast, memory.met = cast, found if again else None
         return found, again

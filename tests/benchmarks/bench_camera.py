@@ -18,13 +18,14 @@ from pxr import Gf, UsdGeom, UsdLux
 from graph.sim import App
 from graph.sim.geometry.collect import Mesh
 from graph.sim.libraries import import_open3d
-from sensors import render_product
+from sensors import TiledCameraSensor, render_product
 from sensors.camera.rays import CameraRays
 from sensors.prim import write_exclude
 
 TITLE = "Camera: 640 x 480; 50,000 static triangles with 20 turning boxes, the camera on one of them"
 MOUNT = "/World/Box0"
 SIZE = (640, 480)
+TILES, TILE = 64, (64, 64)
 SEGMENTED = ("instance_id_segmentation", "instance_segmentation", "semantic_segmentation")
 
 
@@ -43,6 +44,7 @@ def measure(quick: bool) -> Iterator[Row]:
     ):
         yield Row(f"{what}, against its casts", update_ratio(frozenset(channels), rounds), bound)
     yield Row("16 depth cameras at 10 Hz in a 240 Hz loop, against every update", rate_ratio(rounds), 1 / 20)
+    yield Row("64 tiled depth cameras of 64 x 64, against one cast of their rays", tiled_ratio(rounds), 1.5)
     yield Row("a camera that is not due, each update", idle_cost(rounds) * 1e6, 5.0, "us")
 
 
@@ -79,8 +81,8 @@ def update_ratio(channels: frozenset[str], rounds: int) -> float:
     return found
 
 
-def bare_casts(app: App, product: Any) -> Callable[[], None]:
-    """Casts the rays of a camera at all that stands still, and at all that moves."""
+def bare_casts(app: App, *products: Any) -> Callable[[], None]:
+    """Casts the rays of cameras at all that stands still, and at all that moves; one camera does not see its mount."""
     open3d = import_open3d()
     static, moving = open3d.t.geometry.RaycastingScene(), open3d.t.geometry.RaycastingScene()
     for surface in app.geometry():
@@ -89,13 +91,16 @@ def bare_casts(app: App, product: Any) -> Callable[[], None]:
         if surface.body is not None:
             pose = app.fabric.rigid_matrices([surface.body])[0]
             vertices = vertices @ pose[:3, :3].T + pose[:3, 3]
-        if surface.path != MOUNT:
+        if surface.path != MOUNT or len(products) > 1:
             scene = static if surface.body is None else moving
             scene.add_triangles(vertices.astype(np.float32), surface.triangles)
-    pose = product.sensor.pose()
-    bundle = CameraRays(product.sensor.config.lens).bundle(pose, frozenset(), grid=False)
-    bundle.start_at(pose[:3, 3].astype(np.float32))
-    tensor = open3d.core.Tensor.from_numpy(bundle.table)
+    tables = []
+    for product in products:
+        pose = product.sensor.pose()
+        bundle = CameraRays(product.sensor.config.lens).bundle(pose, frozenset(), grid=False)
+        bundle.start_at(pose[:3, 3].astype(np.float32))
+        tables.append(bundle.table)
+    tensor = open3d.core.Tensor.from_numpy(np.concatenate(tables))
 
     def cast() -> None:
         static.cast_rays(tensor)
@@ -120,6 +125,31 @@ def rate_ratio(rounds: int) -> float:
     found = ratio(lambda: slow.update(steps=24), lambda: every.update(steps=24), max(3, rounds // 5), warm_up=1)
     for app in apps:
         app.close()
+    return found
+
+
+def tiled_ratio(rounds: int) -> float:
+    """Time of App updates of one physics step with the images of 64 cameras, over that of casts of all their rays."""
+    app = scene()
+    paths = []
+    for number in range(TILES):
+        camera = UsdGeom.Camera.Define(app.stage, f"/World/Box{number % 20}/Tile{number // 20}")
+        camera.GetFocalLengthAttr().Set(18.147562)
+        camera.GetClippingRangeAttr().Set(Gf.Vec2f(0.01, 1e4))
+        place = UsdGeom.XformCommonAPI(camera)
+        place.SetTranslate(Gf.Vec3d(0, 0, 1.5))
+        place.SetRotate(Gf.Vec3f(80, 0, 90 * (number // 20)))
+        paths.append(str(camera.GetPath()))
+    sensor = TiledCameraSensor(paths, resolution=TILE, annotators="distance_to_image_plane", app=app)
+    app.play()
+    app.update(steps=5)
+
+    def subject() -> None:
+        app.update()
+        sensor.get_data("distance_to_image_plane")
+
+    found = ratio(subject, bare_casts(app, *(one.render_product for one in sensor.sensors)), 2 * rounds)
+    app.close()
     return found
 
 

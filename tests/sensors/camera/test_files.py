@@ -2,6 +2,8 @@
 
 import json
 
+import pytest
+
 from graph.cli.main import main
 from tests.support.places import ROOT
 
@@ -13,7 +15,7 @@ def test_inspect_shows_every_channel_and_what_the_pixels_show(capsys):
     told = json.loads(capsys.readouterr().out)
     assert (told["sensor"], told["update"], told["header"]["timestampNs"]) == ("/World/Camera", 3, 66_666_667)
     channels = told["channels"]
-    assert (channels["rgb"]["dtype"], channels["rgb"]["shape"]) == ("uint8", [720, 1280, 3])
+    assert (channels["rgb"]["dtype"], channels["rgb"]["shape"]) == ("uint8", [240, 320, 3])
     assert channels["distance_to_camera"]["min"] > 0  # infinite values do not count
     box = channels["bounding_box_2d_tight"]
     assert box["dtype"] == "record"
@@ -21,7 +23,30 @@ def test_inspect_shows_every_channel_and_what_the_pixels_show(capsys):
     assert set(told["hits"]) == {
         *("/World/Hall", "/World/Ground", "/World/Crate", "/World/Barrel", "/World/Ball", "(nothing)")
     }
-    assert sum(told["hits"].values()) == 1280 * 720
+    assert sum(told["hits"].values()) == 320 * 240
+
+
+@pytest.mark.parametrize(
+    ("prims", "size"),
+    [
+        ("{type: Camera}", (1280, 720)),
+        ("{type: Camera, config: Femto Mega, variant: narrow}", (1280, 720)),
+        ("{type: Camera, config: Hawk, variant: left}", (1280, 720)),
+        ("{type: Camera, config: D455, variant: depth}", (1280, 720)),
+        ("{type: Camera, config: OAK4-D, variant: left}", (1280, 800)),
+    ],
+)
+def test_inspect_of_a_camera_without_a_graph_takes_the_size_of_its_configuration_or_the_usual_one(
+    tmp_path, prims, size
+):
+    """Of cameras without a stereo measurement nothing keeps a size."""
+    from graph.cli.product_size import product_size
+    from graph.session.open import open_session
+
+    path = tmp_path / "camera.yaml"
+    path.write_text(f"tickgraph: 1\nscene:\n  prims:\n    /World/Camera: {prims}\n")
+    with open_session(path).app as app:
+        assert product_size(app, "/World/Camera") == size
 
 
 def test_explain_shows_the_lens_the_schedule_and_who_listens(capsys):

@@ -13,6 +13,7 @@ from graph.base.errors import UserError
 from graph.sim import App
 from sensors.camera.config import read_config
 from sensors.camera.lens import BrownLens, FisheyeLens, FthetaLens, Lens
+from sensors.camera.prism_lens import PrismFisheyeLens
 from tests.support.camera_worlds import add_camera, ahead, look
 from tests.support.lidar_worlds import add_box, weightless
 
@@ -23,6 +24,11 @@ HAWK = BrownLens(
 )
 FISHEYE = FisheyeLens(640, 480, 200.0, 200.0, 320.0, 240.0, (1.0, 0.05, 0.01, -0.003, -0.0005))
 FTHETA = FthetaLens(1936, 1216, 1.0, 1.0, 970.9424, 600.3748)
+ARIA = PrismFisheyeLens(
+    *(640, 480, 200.0, 200.0, 320.0, 240.0, (1.0, 0.05, 0.01, -0.003, -0.0005, 0.0001)),
+    p=(0.001, -0.002),
+    s=(0.002, -0.0003, 0.001, 0.0002),
+)
 PRISM = BrownLens(640, 480, 500.0, 510.0, 321.0, 239.0, p=(0.001, -0.002), s=(0.01, -0.002, 0.003, 0.001))
 
 
@@ -47,13 +53,41 @@ def test_the_fisheye_distorts_as_opencv_says():
     np.testing.assert_allclose((u - 320) / 200, [0.5311359, 1.1123097, 1.6537920], atol=5e-8)
 
 
+def test_a_prism_fisheye_shifts_the_radial_image():
+    """45 deg in the direction (0.6, 0.8): the radial image is r = 0.7853982 (1 + k0 part) as of FISHEYE and k5, then
+    the shift by hand: with x = 0.6 r, y = 0.8 r, r2 = r^2.
+    """
+    a = np.pi / 4
+    r = a * (1 + 0.05 * a**2 + 0.01 * a**4 - 0.003 * a**6 - 0.0005 * a**8 + 0.0001 * a**10)
+    x, y, r2 = 0.6 * r, 0.8 * r, r * r
+    bent_x = x + 0.001 * (r2 + 2 * x * x) - 2 * 0.002 * x * y + 0.002 * r2 - 0.0003 * r2 * r2
+    bent_y = y - 0.002 * (r2 + 2 * y * y) + 2 * 0.001 * x * y + 0.001 * r2 + 0.0002 * r2 * r2
+    u, v = ARIA.project(np.array([[0.6], [0.8], [1.0]]))
+    assert ((u[0] - 320) / 200, (v[0] - 240) / 200) == pytest.approx((bent_x, bent_y), abs=1e-12)
+
+
+def test_the_schema_of_a_prism_fisheye_counts_its_radius_in_pixels():
+    """k0 = 400 px a radian on a nominal image of twice the size: half of it here."""
+    with App(None) as app:
+        add_camera(app)
+        prim = app.stage.GetPrimAtPath("/World/Camera")
+        prim.AddAppliedSchema("OmniLensDistortionRadTanThinPrismAPI")
+        values = {"nominalWidth": 1280, "nominalHeight": 960, "opticalCenter": Gf.Vec2f(640, 480), "k0": 400, "k1": 40}
+        for name, value in {**values, "p1": 0.01, "s3": 0.02}.items():
+            prim.GetAttribute(f"omni:lensdistortion:radTanThinPrism:{name}").Set(value)
+        lens = read_config(prim, (640, 480), 1.0).lens
+    assert isinstance(lens, PrismFisheyeLens)
+    assert (lens.fx, lens.fy, lens.cx, *lens.coefficients[:3]) == pytest.approx((200, 200, 320, 1, 0.1, 0))
+    assert (lens.p, lens.s) == (pytest.approx((0, 0.01)), pytest.approx((0, 0, 0, 0.02)))
+
+
 def test_ftheta_is_an_angle_for_a_radius():
     angle = np.deg2rad([30.0, 60.0, 90.0])
     u, _ = FTHETA.project(np.stack([np.sin(angle), 0 * angle, np.cos(angle)]))
     np.testing.assert_allclose(u - 970.9424, [213.7138, 427.4276, 641.1414], atol=5e-5)
 
 
-@pytest.mark.parametrize("lens", [Lens(640, 480, 500.0, 500.0, 320.0, 240.0), HAWK, FISHEYE, FTHETA, PRISM])
+@pytest.mark.parametrize("lens", [Lens(640, 480, 500.0, 500.0, 320.0, 240.0), HAWK, FISHEYE, FTHETA, PRISM, ARIA])
 @given(u=st.floats(0, 1), v=st.floats(0, 1))
 def test_every_pixel_that_has_a_direction_is_where_that_direction_goes(lens, u, v):
     pixel = np.array([[u * lens.width], [v * lens.height]])
@@ -147,8 +181,15 @@ def test_a_fisheye_sees_behind_itself():
     [
         ("OpenCvPinhole", "opencvPinhole:fx", 0.0, "opencvPinhole:fx is 0; give a number above 0"),
         ("Ftheta", "ftheta:nominalWidth", -1.0, "ftheta:nominalWidth is -1; give a number above 0"),
+        (
+            "Ftheta",
+            "model",
+            "lot",
+            "model is 'lot'; there are opencvPinhole, opencvFisheye, ftheta, kannalaBrandtK3, rad",
+        ),
+        ("RadTanThinPrism", "radTanThinPrism:k0", 0.0, "radTanThinPrism:k0 is 0; give a number above 0"),
         ("OpenCvFisheye", "opencvFisheye:k1", float("nan"), "is not finite"),
-        ("Ftheta", "model", "lut", "model is 'lut'; there are opencvPinhole, opencvFisheye, ftheta, kannalaBrandtK3"),
+        ("Ftheta", "model", "lut", "model is 'lut': how its textures hold directions is not published"),
     ],
 )
 def test_a_lens_that_cannot_be_is_reported_in_a_line(model, attribute, value, message):

@@ -86,6 +86,24 @@ def test_noise_is_the_same_for_the_same_seed_and_in_squares_where_wanted():
     assert (squares == squares[:, :1, :, :1]).all()
 
 
+def test_settings_without_effect_are_kept_and_told():
+    with weightless() as app:
+        app.stage.DefinePrim("/World/Camera", "Camera").AddAppliedSchema("OmniSensorAPI")
+        sensor = SingleViewDepthCameraSensor("/World/Camera", resolution=(4, 6), app=app)
+        sensor.set_sensor_disparity_confidence(0.9)
+        sensor.set_sensor_output_mode(7)
+        sensor.set_enabled_outlier_removal(False)
+        product = app.stage.GetPrimAtPath(sensor.render_product.path)
+        names = ("confidenceThreshold", "rgbDepthOutputMode", "outlierRemovalEnabled")
+        kept = [product.GetAttribute(f"omni:rtx:post:depthSensor:{name}").Get() for name in names]
+        assert kept == [pytest.approx(0.9), 7, False]
+        assert [one.code for one in app.warnings] == ["depth-setting-ignored"] * 3
+        with pytest.raises(AssertionError, match="give confidenceThreshold"):
+            sensor.set_sensor_disparity_confidence(None)
+        with pytest.raises(ValueError, match="output_mode 8: give a whole number from 0 to 7"):
+            sensor.set_sensor_output_mode(8)
+
+
 def test_the_sensor_hands_it_out_and_has_no_colours():
     with weightless() as app:
         add_box(app, "/World/Wall", 100.0, ahead(0, 0, 52))
