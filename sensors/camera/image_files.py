@@ -28,7 +28,7 @@ class ImageProblem(Exception):  # noqa: N818  (named as `graph.base.errors.Probl
 
 @dataclass(frozen=True, eq=False)
 class Image:
-    """pixels: (height, width, channels) uint8 or uint16, the first row on top; 1 to 4 channels: grey, grey and alpha,
+    """pixels: (channels, height, width) uint8 or uint16, the first row on top; 1 to 4 channels: grey, grey and alpha,
     red green blue, the same and alpha. rgbe: whether the fourth is the common exponent of a Radiance picture.
     """
 
@@ -38,7 +38,7 @@ class Image:
     @property
     def colours(self) -> bool:
         """Whether it has three or four channels of 8 bits, which are sRGB if nothing else is said."""
-        return bool(self.pixels.dtype == np.uint8 and self.pixels.shape[2] >= 3 and not self.rgbe)
+        return bool(self.pixels.dtype == np.uint8 and len(self.pixels) >= 3 and not self.rgbe)
 
 
 class ImageFiles:
@@ -98,7 +98,7 @@ class ImageFiles:
         if data.startswith(radiance_hdr.MAGIC):
             width, height, _ = radiance_hdr.picture_size(data)
             self._count(name, width, height)
-            return Image(radiance_hdr.decoded(data), rgbe=True)
+            return Image(_planes(radiance_hdr.decoded(data)), rgbe=True)
         before = Pillow.MAX_IMAGE_PIXELS
         Pillow.MAX_IMAGE_PIXELS = None  # the limit is ours, and checked before anything is decoded
         try:
@@ -106,7 +106,7 @@ class ImageFiles:
                 warnings.simplefilter("ignore")
                 with Pillow.open(io.BytesIO(data), formats=FORMATS) as picture:
                     self._count(name, *picture.size)
-                    return Image(_pixels(picture))
+                    return Image(_planes(_pixels(picture)))
         except ImageProblem:
             raise
         except UnidentifiedImageError:
@@ -149,4 +149,9 @@ def _pixels(picture: Any) -> np.ndarray:
     else:
         transparent = picture.mode in ("PA", "RGBa") or "transparency" in picture.info
         found = np.asarray(picture.convert("RGBA" if transparent else "RGB"))
-    return np.ascontiguousarray(found.reshape(*found.shape[:2], -1))
+    return found.reshape(*found.shape[:2], -1)
+
+
+def _planes(pixels: np.ndarray) -> np.ndarray:
+    """(channels, height, width) of (height, width, channels): looked up channel by channel it is five times as fast."""
+    return np.ascontiguousarray(np.moveaxis(pixels, 2, 0))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -30,9 +31,23 @@ class ByCorner:
 
     def at(self, triangle: np.ndarray, uv: np.ndarray) -> np.ndarray:
         """The corners' values, weighted."""
-        first, second, third = (np.take(self.values[:, corner], triangle, axis=0, mode="clip") for corner in range(3))
-        u, v = uv[:, :1], uv[:, 1:]
-        return np.asarray(first * (1 - u - v) + second * u + third * v)
+        return np.asarray(self.columns(triangle, uv).T)
+
+    def columns(self, triangle: np.ndarray, uv: np.ndarray) -> np.ndarray:
+        """The same as (n, k)."""
+        out = np.empty((self.values.shape[2], len(triangle)), np.float32)
+        u, v = np.ascontiguousarray(uv.T)
+        for row, (start, along_u, along_v) in zip(out, self._planes, strict=True):
+            np.take(start, triangle, out=row, mode="clip")
+            row += np.take(along_u, triangle, mode="clip") * u
+            row += np.take(along_v, triangle, mode="clip") * v
+        return out
+
+    @cached_property
+    def _planes(self) -> np.ndarray:
+        """(n, 3, m): values at the first corner, and what the way to the second and to the third adds."""
+        first, second, third = np.moveaxis(self.values, 1, 0)
+        return np.ascontiguousarray(np.stack([first, second - first, third - first]).transpose(2, 0, 1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +60,7 @@ class Textured:
 
     def at(self, triangle: np.ndarray, uv: np.ndarray) -> np.ndarray:
         """The texture there."""
-        return self.texture.at(self.places.at(triangle, uv))[:, self.channels]
+        return self.texture.at(self.places.columns(triangle, uv), self.channels)
 
 
 @dataclass
@@ -62,7 +77,7 @@ class Painter:
         if source.texture is not None:
             places = self._places(source.coordinates, surface)
             if places.shape[0] == 1:
-                return tuple(source.texture.at(places[0, :1])[0, source.channels].tolist())
+                return tuple(source.texture.at(places[0, :1].T, source.channels)[0].tolist())
             return Textured(source.texture, ByCorner(places), source.channels)
         if source.primvar:
             found = self.primvar(surface, source.primvar, len(source.plain))

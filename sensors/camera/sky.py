@@ -40,7 +40,7 @@ class Sky:
         x, y, z = self.turn.astype(np.float32) @ directions
         s = 0.5 - np.arctan2(x, z) / np.float32(2 * np.pi)
         t = 1 - np.arccos(np.clip(y, -1, 1)) / np.float32(np.pi)
-        return np.asarray(self.image.texture.at(np.stack([s, t], axis=1))[:, :3] * self.color)
+        return np.asarray(self.image.texture.at(np.stack([s, t]), range(3)) * self.color)
 
     def irradiance(self, normals: np.ndarray) -> np.ndarray:
         """(3, k) float32 [lux] on surfaces with normals (3, k), world axes."""
@@ -84,16 +84,15 @@ def harmonics(ways: np.ndarray) -> np.ndarray:
 
 def _pooled(texture: Texture) -> np.ndarray:
     """(COARSE, 2 COARSE, 3) float64: means of an image's blocks; the pixels of a smaller one repeat."""
-    pixels = texture.image.pixels
-    height, width = pixels.shape[:2]
+    height, width = texture.image.pixels.shape[1:]
     rows, columns = (_starts(size, most) for size, most in ((height, COARSE), (width, 2 * COARSE)))
     out = np.empty((COARSE, 2 * COARSE, 3))
     counts = np.maximum(np.diff([*columns, width]), 1)
     for number, (first, last) in enumerate(zip(rows, [*rows[1:], height], strict=True)):
-        block = pixels[first : max(last, first + 1)]
-        line = texture.linear(block.reshape(-1, pixels.shape[2]))[:, :3]
-        line = line.reshape(len(block), width, 3).mean(axis=0, dtype=np.float64)
-        out[number] = np.add.reduceat(line, columns, axis=0) / counts[:, None]
+        block = np.arange(first * width, max(last, first + 1) * width)
+        for channel in range(3):
+            line = texture.linear(block, channel).reshape(-1, width).mean(axis=0, dtype=np.float64)
+            out[number, :, channel] = np.add.reduceat(line, columns) / counts
     return np.asarray(out * texture.scale[:3] + texture.bias[:3])
 
 

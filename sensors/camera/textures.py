@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from .image_files import Image
 
 WRAPS = ("repeat", "clamp", "mirror", "black")
+HALF = np.float32(0.5)
+FARTHEST = 2.0**30
+"""Places beyond so many pixels count as 0."""
+
 CHUNK = 1 << 14
 """Places that are looked up at a time: as many as fit into the caches."""
 
@@ -27,43 +33,62 @@ class Texture:
     scale: np.ndarray
     bias: np.ndarray
 
-    def at(self, st: np.ndarray) -> np.ndarray:
-        """(k, 4) float32 linear, between the four nearest pixels; st: (k, 2), (0, 0) is below on the left."""
-        out = np.empty((len(st), 4), np.float32)
-        for first in range(0, len(st), CHUNK):
-            out[first : first + CHUNK] = self._between(st[first : first + CHUNK])
-        return np.asarray(out * self.scale + self.bias)
+    def at(self, st: np.ndarray, channels: Sequence[int] = range(4)) -> np.ndarray:
+        """(k, n) float32 linear, between the four nearest pixels, of some channels: red, green, blue, alpha.
 
-    def _between(self, st: np.ndarray) -> np.ndarray:
-        height, width = self.image.pixels.shape[:2]
-        with np.errstate(invalid="ignore", over="ignore"):
-            places = np.stack([st[:, 0] * width - 0.5, (1 - st[:, 1]) * height - 0.5])
-        places = np.where(np.abs(places) < 2**30, places, 0.0)
-        low = np.floor(places)
-        share = (places - low).astype(np.float32)
-        low = low.astype(np.int64)
-        total = np.zeros((len(st), 4), np.float32)
-        for right in (0, 1):
-            columns, wide = _wrapped(low[0] + right, width, self.wraps[0])
-            weight = wide * (share[0] if right else 1 - share[0])
-            for down in (0, 1):
-                rows, tall = _wrapped(low[1] + down, height, self.wraps[1])
-                found = self.linear(self.image.pixels[rows, columns])
-                total += found * (weight * tall * (share[1] if down else 1 - share[1]))[:, None]
-        return total
-
-    def linear(self, numbers: np.ndarray) -> np.ndarray:
-        """Pixels (k, channels) as linear red, green, blue, alpha."""
-        out = np.ones((len(numbers), 4), np.float32)
-        channels = numbers.shape[1]
-        if self.image.rgbe:
-            exponent = numbers[:, 3:].astype(np.int32) - 136
-            out[:, :3] = np.where(numbers[:, 3:] > 0, np.ldexp(numbers[:, :3].astype(np.float32), exponent), 0)
-            return out
-        out[:, :3] = np.take(self.table, numbers[:, :3] if channels >= 3 else numbers[:, :1])
-        if channels in (2, 4):
-            out[:, 3] = numbers[:, -1] / np.float32(len(self.table) - 1)
+        st: (2, k); (0, 0) is below on the left.
+        """
+        out = np.empty((st.shape[1], len(channels)), np.float32)
+        for first in range(0, len(out), CHUNK):
+            rows = slice(first, first + CHUNK)
+            four = self._four(st[:, rows])
+            for channel in set(channels):
+                index, weight = four[0]
+                found = self.linear(index, channel) * weight
+                for index, weight in four[1:]:
+                    found += self.linear(index, channel) * weight
+                found = found * self.scale[channel] + self.bias[channel]
+                for column in (number for number, each in enumerate(channels) if each == channel):
+                    out[rows, column] = found
         return out
+
+    def linear(self, index: np.ndarray, channel: int) -> np.ndarray:
+        """(k,) float32, a channel of the pixels `index` (k,), counted row by row; without scale and bias."""
+        planes = self._planes
+        if channel == 3:
+            if len(planes) not in (2, 4) or self.image.rgbe:
+                return np.ones(len(index), np.float32)
+            return np.asarray(np.take(planes[-1], index) / np.float32(len(self.table) - 1))
+        numbers = np.take(planes[channel if len(planes) >= 3 else 0], index)
+        if not self.image.rgbe:
+            return np.asarray(np.take(self.table, numbers))
+        exponent = np.take(planes[3], index)
+        return np.where(exponent > 0, np.ldexp(numbers.astype(np.float32), exponent.astype(np.int32) - 136), 0)
+
+    @cached_property
+    def _planes(self) -> np.ndarray:
+        return self.image.pixels.reshape(len(self.image.pixels), -1)
+
+    def _four(self, st: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+        """The four nearest pixels of each place and their shares."""
+        height, width = self.image.pixels.shape[1:]
+        with np.errstate(invalid="ignore", over="ignore"):
+            across, down = st[0] * np.float32(width) - HALF, (1 - st[1]) * np.float32(height) - HALF
+        columns, rows = _pair(across, width, self.wraps[0]), _pair(down, height, self.wraps[1])
+        return [(row * width + column, wide * tall) for row, tall in rows for column, wide in columns]
+
+
+def _pair(places: np.ndarray, size: int, wrap: str) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Along an axis of `size` pixels, the two about each place and their shares."""
+    places = np.where(np.abs(places) < FARTHEST, places, np.float32(0))
+    low = np.floor(places)
+    share = places - low
+    low = low.astype(np.int64)
+    found = []
+    for index, part in ((low, 1 - share), (low + 1, share)):
+        inside, counts = _wrapped(index, size, wrap)
+        found.append((inside, part * counts))
+    return found
 
 
 def _wrapped(index: np.ndarray, size: int, wrap: str) -> tuple[np.ndarray, np.ndarray | np.float32]:

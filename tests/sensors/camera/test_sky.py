@@ -16,7 +16,7 @@ SIZE = (101, 101)
 
 
 def sky(pixels, turn=None, color=(1.0, 1.0, 1.0)):
-    image = Pixels(np.ascontiguousarray(pixels, np.uint8))
+    image = Pixels(np.ascontiguousarray(np.moveaxis(pixels, 2, 0), np.uint8))
     ones = np.ones(4, np.float32)
     texture = Texture(image, linear_table(image, "raw"), ("repeat", "clamp"), ones, 0 * ones)
     return Sky(sky_image(texture), np.array(color, np.float32), np.eye(3) if turn is None else turn)
