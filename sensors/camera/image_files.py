@@ -19,7 +19,8 @@ from . import radiance_hdr
 FORMATS = ("PNG", "JPEG", "BMP", "TGA", "TIFF", "WEBP")
 KNOWN = f"{', '.join(FORMATS)}, HDR"
 BYTES_A_PIXEL = 8
-"""No file of these formats is larger than so much for each pixel of the limit."""
+HEAD = 1 << 20
+"""Largest file: so many bytes for each pixel of the limit, and for its header."""
 
 
 class ImageProblem(Exception):  # noqa: N818  (named as `graph.base.errors.Problem`)
@@ -126,7 +127,7 @@ class ImageFiles:
 
 def _contents(file: Path, inner: str) -> bytes:
     """The bytes of a file, or of one in a package; so many that an image of the limit fits."""
-    largest = most("camera.texels") * BYTES_A_PIXEL
+    largest = most("camera.texels") * BYTES_A_PIXEL + HEAD
     if inner:
         with zipfile.ZipFile(file) as package, package.open(inner) as stream:
             data = stream.read(largest + 1)
