@@ -41,16 +41,18 @@ _GRAPH = """
 record:"""
 
 
-_LOOPBACK = (
-    '<CycloneDDS><Domain Id="any"><General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'
-    "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
-    '<Peers><Peer address="localhost"/></Peers></Discovery></Domain></CycloneDDS>'
+_OF_ROS = (
+    '<CycloneDDS><Domain Id="{0}"><Discovery><ParticipantIndex>auto</ParticipantIndex>'
+    "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex></Discovery></Domain></CycloneDDS>,"
+    '<CycloneDDS><Domain Id="{0}"><General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces></General>'
+    "</Domain></CycloneDDS>"
 )
+"""What rmw_cyclonedds makes of the README's CYCLONEDDS_URI: its own part first."""
 
 
 def ros_domain(number):
     """The environment of a program in a ROS domain, with Cyclone DDS on the loopback interface."""
-    return {**os.environ, "ROS_DOMAIN_ID": str(number), "CYCLONEDDS_URI": _LOOPBACK.replace("any", str(number))}
+    return {**os.environ, "ROS_DOMAIN_ID": str(number), "CYCLONEDDS_URI": _OF_ROS.format(number)}
 
 
 def write_rig(folder):

@@ -2,16 +2,17 @@
 
 Topic /points is the DDS topic rt/points of type sensor_msgs::msg::dds_::PointCloud2_; samples are little-endian CDR
 version 1, padded to 4 bytes; the user data of each endpoint has the type's hash (REP-2016); the quality of service is
-the publisher's. Without a host in the target, the participant uses the loopback interface only, as ROS 2 with
-ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST does.
+the publisher's. The participant uses one interface, loopback unless the target names another: ROS 2 must use it too.
 """
 
 from __future__ import annotations
 
 import ctypes
+import math
 import socket
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 from graph.base.errors import UserError, reason_of
@@ -20,15 +21,17 @@ from graph.sim.messages.quality import Quality
 from graph.sim.messages.ros_types import type_hash
 
 from .dds_types import dds_type
-from .targets import LOOPBACK, Target
+from .targets import Target
 from .transport import NotSentError, Outgoing
 
 _BLOCKING_NS = 100_000_000
 """How long a write waits for a slow reliable reader."""
-_PATIENCE_NS = 10_000_000
-"""How long a write waits for confirmations when the history is full."""
-_STALLED_S = 1.0
-"""A reader that confirms nothing for so long has stalled."""
+_PATIENCE_NS = 500_000_000
+"""How long readers get to confirm what fills a history; they are asked ten times a second."""
+_CROWDED_BYTES = 1_000_000
+"""A full history of so many bytes waits for its readers every time."""
+_CHECK_S = 1.0
+"""Time between two looks whether the readers of a smaller one are alive."""
 _MOST_PARTICIPANTS = 32
 """Participants of a machine that find each other without multicast (the number of rmw_cyclonedds)."""
 
@@ -48,6 +51,7 @@ class DdsTransport:
 
         self._writers: dict[str, _Writer] = {}
         self._readers: dict[str, Any] = {}
+        self._stall = _Stall()
         self._overwritten: dict[str, tuple[int, int]] = {}
         self._listener = Listener
         _check_interface(target)
@@ -66,7 +70,7 @@ class DdsTransport:
         from cyclonedds.pub import DataWriter
 
         writer = DataWriter(self._participant, self._topic(topic), qos(topic.quality, topic.type_name))
-        self._writers[topic.name] = _Writer(writer, topic.quality)
+        self._writers[topic.name] = _Writer(writer, topic.quality, self._stall)
 
     def matched(self, topic: str) -> bool:
         """Whether a reader has matched."""
@@ -115,8 +119,7 @@ class DdsTransport:
         return [
             (
                 "live-slow-listener",
-                f"{topic}: a reader stalled; {count:,} messages pushed others out of the writer's history of {depth} "
-                "that the reader had not got",
+                f"{topic}: a reader stalled, and missed {count:,} of the messages that left the history of {depth}",
             )
             for topic, (count, depth) in self._overwritten.items()
         ]
@@ -130,23 +133,30 @@ class DdsTransport:
             raise NotSentError(str(error)) from None
 
 
+@dataclass(slots=True)
+class _Stall:
+    """When a writer last waited for a stalled reader; for a second the others do not wait for it too."""
+
+    seen_at: float = -math.inf
+
+
 class _Writer:
     """A DDS writer of samples that are CDR already; counts those that a reliable reader cannot have got.
 
     The package's own `write` holds Python's lock while it waits for a slow reader; the C function does not.
     """
 
-    def __init__(self, writer: Any, quality: Quality) -> None:
+    def __init__(self, writer: Any, quality: Quality, stall: _Stall) -> None:
         from cyclonedds.core import DDSException
         from cyclonedds.topic import Sample
 
-        self.writer = writer
+        self.writer, self._stall = writer, stall
         self.depth = max(quality.depth, 1)
         self.overwritten = 0
-        """Samples written while the history was full of samples that a reader had not confirmed for a second."""
+        """Samples written while the history was full of samples that a reader would not confirm."""
         self._keeps_last = quality.reliability != "bestEffort" and quality.history != "keepAll"
-        self._unconfirmed = 0
-        self._since = 0.0
+        self._unconfirmed = self._unconfirmed_bytes = 0
+        self._next_check = 0.0
         self._stalled = False
         self._sample, self._error = Sample, DDSException
         self._dds_write = writer._dll_handle.dds_write
@@ -154,10 +164,17 @@ class _Writer:
 
     def write(self, cdr: bytes) -> None:
         """Writes a sample. Raises NotSentError if readers are too slow for it."""
+        if not self._unconfirmed:
+            self._next_check = time.monotonic() + _CHECK_S
         if self._keeps_last and self._unconfirmed >= self.depth:
-            # A run may be faster than real time: readers get a moment before their samples are overwritten.
-            if not self.confirmed(0 if self._stalled else _PATIENCE_NS):
-                self._stalled = time.monotonic() - self._since > _STALLED_S
+            # The history is full: readers get a moment, since a run may be faster than they are.
+            crowded = self._unconfirmed_bytes > _CROWDED_BYTES and not self._stalled
+            if crowded or time.monotonic() > self._next_check:
+                known = time.monotonic() < self._stall.seen_at + _CHECK_S
+                self._stalled = not self.confirmed(0 if known else _PATIENCE_NS)
+                self._next_check = time.monotonic() + _CHECK_S
+                if self._stalled and not known:
+                    self._stall.seen_at = self._next_check - _CHECK_S
             self.overwritten += self._stalled
         data = cdr + bytes(-len(cdr) % 4)
         address = ctypes.cast(ctypes.c_char_p(data), ctypes.c_void_p)
@@ -166,16 +183,16 @@ class _Writer:
             raise NotSentError("a reliable reader was too slow")
         if result < 0:
             raise NotSentError(reason_of(self._error(result, "while writing")))
-        if not self._unconfirmed:
-            self._since = time.monotonic()
         self._unconfirmed += 1
+        self._unconfirmed_bytes += len(data)
 
     def confirmed(self, nanoseconds: int) -> bool:
         """Waits until all reliable readers have confirmed everything; False if they do not in this time."""
         # The package's `wait_for_acks` raises AttributeError at a timeout (11.0.1).
         done: bool = self.writer._wait_for_acks(self.writer._ref, nanoseconds) == 0
         if done:
-            self._unconfirmed, self._stalled = 0, False
+            self._unconfirmed = self._unconfirmed_bytes = 0
+            self._stalled = False
         return done
 
 
@@ -196,22 +213,23 @@ def _check_interface(target: Target) -> None:
 
 
 def configuration(host: str) -> str:
-    """Cyclone DDS's configuration for one interface (address or name); loopback finds peers without multicast."""
+    """Cyclone DDS's configuration for one interface, by address or name.
+
+    Finds participants by multicast, and by the ports of this machine: loopback interfaces often have no multicast.
+    """
     key = "address" if host.replace(".", "").isdigit() or ":" in host else "name"
     general = f'<Interfaces><NetworkInterface {key}="{host}"/></Interfaces>'
-    discovery = ""
-    if host == LOOPBACK:
-        general += "<AllowMulticast>false</AllowMulticast>"
-        discovery = (
-            "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
-            f"<MaxAutoParticipantIndex>{_MOST_PARTICIPANTS}</MaxAutoParticipantIndex>"
-            f'<Peers><Peer address="{LOOPBACK}"/></Peers></Discovery>'
-        )
+    discovery = (
+        "<ParticipantIndex>auto</ParticipantIndex>"
+        f"<MaxAutoParticipantIndex>{_MOST_PARTICIPANTS}</MaxAutoParticipantIndex>"
+        '<Peers><Peer address="localhost"/></Peers>'
+    )
     # What was not acknowledged when a run ends has been waited for already.
-    internal = "<Internal><WriterLingerDuration>0 s</WriterLingerDuration></Internal>"
-    quiet = "<Tracing><OutputFile>/dev/null</OutputFile></Tracing>"
+    internal = "<WriterLingerDuration>0 s</WriterLingerDuration>"
+    quiet = "<OutputFile>/dev/null</OutputFile>"
     return (
-        f'<CycloneDDS><Domain Id="any"><General>{general}</General>{discovery}{internal}{quiet}</Domain></CycloneDDS>'
+        f'<CycloneDDS><Domain Id="any"><General>{general}</General><Discovery>{discovery}</Discovery>'
+        f"<Internal>{internal}</Internal><Tracing>{quiet}</Tracing></Domain></CycloneDDS>"
     )
 
 

@@ -89,7 +89,7 @@ class RerunTransport:
         """Messages without a viewer, and viewers that were given up."""
         found = []
         if self._given_up:
-            message = f"{self._given_up} times the viewer took nothing for {_FLUSH_S:g} s and was given up"
+            message = f"a viewer that took nothing for {_FLUSH_S:g} s was given up ({self._given_up} in all)"
             found.append(("live-slow-listener", message))
         if self._unseen and not self._shown:
             found.append(("live-no-viewer", f"no viewer answered at {self.place}; start one before or during: rerun"))

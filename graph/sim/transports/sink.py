@@ -126,16 +126,17 @@ class LiveSink:
         """Code, where and message of what was lost; call it after `close`."""
         for topic, count in self.counts.items():
             where = f"{self.name} {topic}"
+            total = count.dropped + count.sent + count.not_sent
             if count.dropped:
-                total = count.dropped + count.sent + count.not_sent
-                message = f"{count.dropped:,} of {total:,} messages were dropped: they came faster than they were sent"
+                message = f"dropped {count.dropped:,} of {total:,} messages, which came faster than they were sent"
                 yield "live-dropped", where, f"{message}; run with --realtime, or publish less"
             if count.not_sent:
-                yield "live-not-sent", where, f"{count.not_sent:,} messages could not be sent: {count.reason}"
+                yield "live-not-sent", where, f"could not send {count.not_sent:,} of {total:,} messages: {count.reason}"
             if count.unreadable:
-                yield "live-unreadable", where, f"{count.unreadable:,} messages from outside: {count.reason}"
+                message = f"could not read {count.unreadable:,} of the messages from outside: {count.reason}"
+                yield "live-unreadable", where, message
             if lost := self._inbox.dropped(topic):
-                message = f"{lost:,} messages from outside were dropped: they came faster than updates took them"
+                message = f"dropped {lost:,} of the messages from outside, which came faster than updates took them"
                 yield "live-dropped", where, message
         for code, message in self.transport.notes():
             yield code, self.name, message

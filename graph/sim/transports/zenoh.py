@@ -110,7 +110,7 @@ class ZenohTransport:
         """The listeners that were disconnected because they took nothing."""
         if not self._blocked:
             return []
-        message = f"{self._blocked} times a listener took nothing for {_BLOCKED_S:g} s and was disconnected"
+        message = f"a listener that took nothing for {_BLOCKED_S:g} s was disconnected ({self._blocked} in all)"
         return [("live-slow-listener", message)]
 
     def _declare_token(self, kind: str, topic: Topic) -> str:

@@ -1,8 +1,11 @@
 """A run on ROS 2 topics over DDS, received in a process of its own with Cyclone DDS's own types."""
 
 import os
+import sys
+import threading
 import time
 
+import numpy as np
 import pytest
 
 from tests.support.live_rig import CLOUDS, POINTS, digests, heard, listening, recorded, ros_domain, run_rig, write_rig
@@ -13,14 +16,16 @@ from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.idl import make_idl_struct
 from cyclonedds.sub import DataReader
-from cyclonedds.topic import Topic
+from cyclonedds.topic import Topic as DdsTopic
 
-from graph.sim.messages.bus import MessageBus
+from graph.sim.messages.bus import MessageBus, Topic
 from graph.sim.messages.quality import Quality
-from graph.sim.messages.ros_types import message_type
+from graph.sim.messages.ros_fields import from_plain
+from graph.sim.messages.ros_types import message_type, serialize
 from graph.sim.transports.dds import open_transport, qos
 from graph.sim.transports.sink import LiveSink
 from graph.sim.transports.targets import read_targets
+from graph.sim.transports.transport import NotSentError, Outgoing
 
 STRING_HASH = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
 CLOUD_HASH = "RIHS01_9198cabf7da3796ae6fe19c4cb3bdd3525492988c70522628af5daa124bae2b5"
@@ -91,7 +96,40 @@ def test_a_late_reader_gets_the_last_message_of_a_latched_topic(monkeypatch):
     string = make_idl_struct("String_", "std_msgs.msg.dds_.String_", {"data": str})
     participant = DomainParticipant(domain)
     wanted = Qos(Policy.Reliability.Reliable(10**8), Policy.Durability.TransientLocal, Policy.History.KeepAll)
-    reader = DataReader(participant, Topic(participant, "rt/latched", string), wanted)
+    reader = DataReader(participant, DdsTopic(participant, "rt/latched", string), wanted)
     found = [sample.data for sample in reader.take_iter(timeout=10**9)]
     sink.close()
     assert found == ["last"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGSTOP")
+def test_while_a_write_waits_for_a_stopped_reader_other_threads_run(monkeypatch):
+    """The package's own write holds the interpreter's lock for that tenth of a second."""
+    domain, name = 100 + os.getpid() % 100, "sensor_msgs/msg/PointCloud2"
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
+    cloud = serialize(from_plain(name, {"data": np.zeros(700_000, np.uint8)}), name)
+    turns = [0]
+
+    def take_turns():
+        while not done.wait(0.001):
+            turns[0] += 1
+
+    done, other = threading.Event(), threading.Thread(target=take_turns)
+    with listening("dds", 1000, "stall", environment=ros_domain(domain)):
+        transport = open_transport(read_targets(["dds"])[0])
+        transport.advertise(Topic("/points", name, Quality(history="keepAll")))
+        while not transport.matched("/points"):
+            time.sleep(0.01)
+        other.start()
+        try:
+            refused = 0
+            while refused < 3:  # the writer keeps all, so it waits as soon as half a megabyte is not confirmed
+                before = turns[0]
+                try:
+                    transport.send(Outgoing("/points", name, cloud, 0, latched=False))
+                except NotSentError:
+                    refused += 1
+                    assert turns[0] > before + 5
+        finally:
+            done.set()
+            transport.close()

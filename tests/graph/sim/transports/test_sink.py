@@ -79,7 +79,7 @@ def test_what_does_not_fit_into_the_queue_is_dropped_oldest_first_and_counted(bu
     assert sink.facts()["topics"]["/a"] == {"sent": 6, "dropped": 7, "not_sent": 0, "received": 0}
     [(code, where, message)] = sink.warnings()
     assert (code, where) == ("live-dropped", "gate /a")
-    assert message.startswith("7 of 13 messages were dropped: ")
+    assert message.startswith("dropped 7 of 13 messages, ")
 
 
 def test_what_late_subscribers_are_to_get_is_not_dropped(bus):
@@ -119,7 +119,7 @@ def test_a_message_that_cannot_be_sent_is_counted_with_its_reason_and_the_next_g
     sink.close()
     assert gate.sent == ["one", "two"]
     assert gate.closed
-    assert [*sink.warnings()] == [("live-not-sent", "gate /a", "1 messages could not be sent: it is bad")]
+    assert [*sink.warnings()] == [("live-not-sent", "gate /a", "could not send 1 of 3 messages: it is bad")]
 
 
 def test_what_is_received_comes_at_the_start_of_an_update_and_is_not_sent_back():
@@ -155,7 +155,7 @@ def test_bytes_that_are_no_message_give_a_warning_and_the_run_goes_on(bus):
     assert len(subscription) == 0
     [(code, where, message)] = sink.warnings()
     assert (code, where) == ("live-unreadable", "gate /in")
-    assert message.startswith("1 messages from outside: ")
+    assert message.startswith("could not read 1 of the messages from outside: ")
 
 
 def test_too_much_from_outside_is_dropped_oldest_first_and_counted(bus):
