@@ -28,7 +28,8 @@ Answer = TypeVar("Answer")
 
 NONE_KEEPS_THE_BUDGET = 1
 MOST_COLUMNS = 4
-"""Errors that the table on the terminal shows."""
+"""Errors that the table on the terminal shows; fewer where it is narrow."""
+COSTS_WIDTH, COLUMN_WIDTH = 26, 17
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -285,7 +286,11 @@ def _print_settings(outcome: Outcome) -> None:
 
     from graph.trade.study import word
 
-    names = outcome.shown[: max(MOST_COLUMNS, len(outcome.study.budget))]
+    console = Console(width=None if sys.stdout.isatty() else 140)
+    knobs = {name: max(map(len, [name, *map(word, values)])) for name, values in outcome.study.varied.items()}
+    room = console.width - sum(knobs.values()) - len(knobs) - COSTS_WIDTH
+    most = min(MOST_COLUMNS, room // COLUMN_WIDTH)
+    names = outcome.shown[: max(1, most, len(outcome.study.budget))]
     fronts = {name: outcome.front(name) for name in names}
     table = Table(box=None, pad_edge=False, header_style="bold")
     for name in outcome.study.varied:
@@ -293,7 +298,7 @@ def _print_settings(outcome: Outcome) -> None:
     for name in ("cpu s/s", "wall s/s"):
         table.add_column(name, justify="right", no_wrap=True)
     for name in names:
-        table.add_column(name, justify="right")
+        table.add_column(name.replace(".", ".\n"), justify="right", no_wrap=True)
     best = outcome.recommended
     for row in outcome.rows:
         cost, spread = row.cost, row.spread
@@ -307,7 +312,7 @@ def _print_settings(outcome: Outcome) -> None:
             value = row.errors.get(name)
             cells.append("" if value is None else f"{value:.3g}{' *' if row in fronts[name] else '  '}")
         table.add_row(*map(Text, cells), style="bold" if row is best else None)
-    Console(width=None if sys.stdout.isatty() else 140).print(table)
+    console.print(table)
     say("* pays: no other setting has both less processor time and less error")
 
 

@@ -16,7 +16,7 @@ from multiprocessing.connection import Connection, wait
 from types import TracebackType
 from typing import Any
 
-from graph.base.errors import Problem, RunError, UserError
+from graph.base.errors import Problem, RunError, UserError, reason_of
 from graph.base.signals import ENDING
 
 from .jobs import Job
@@ -146,5 +146,7 @@ def _serve(pipe: Connection, scene: Scene) -> None:
             pipe.send(("wrong", failure) if failure else ("done", job.run(scene)))
         except UserError as error:
             pipe.send(("wrong", list(error.problems)))
-        except (RunError, MemoryError, ArithmeticError) as error:
-            pipe.send(("failed", str(error) or type(error).__name__))
+        except RunError as error:
+            pipe.send(("failed", str(error)))
+        except Exception as error:  # a defect of ours at one setting is a row of the table, and told there
+            pipe.send(("failed", f"internal error: {type(error).__name__}: {reason_of(error)}"))
