@@ -140,7 +140,10 @@ class Output:
     def _wrote(self) -> str:
         report = self.folder / REPORT
         if not self.sink.messages:
-            return f"wrote {report}; no message was published, so there is no recording"
+            reason = "no message was published"
+            if self.sink.left_out:
+                reason = f"record: leaves out {', '.join(self.sink.left_out)}"
+            return f"wrote {report}; {reason}, so there is no recording"
         files = self.sink.files
         size = sum(file.stat().st_size for file in files if file.exists())
         written = f"{files[0]}" + (f" to {files[-1].name}" if len(files) > 1 else "")

@@ -17,7 +17,7 @@ from graph.base.exact import duration as exact_duration
 
 from .arguments import add_allow, add_nodes, add_play, add_skip_outside, limits_of
 from .interrupts import between_updates
-from .printing import print_table, say, say_json, tell
+from .printing import print_table, printable, say, say_json, tell
 from .run import EXIT_INTERRUPTED, pairs
 
 if TYPE_CHECKING:
@@ -311,7 +311,7 @@ def _print_settings(outcome: Outcome) -> None:
         for name in names:
             value = row.errors.get(name)
             cells.append("" if value is None else f"{value:.3g}{' *' if row in fronts[name] else '  '}")
-        table.add_row(*map(Text, cells), style="bold" if row is best else None)
+        table.add_row(*map(Text, map(printable, cells)), style="bold" if row is best else None)
     console.print(table)
     say("* pays: no other setting has both less processor time and less error")
 

@@ -26,7 +26,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--topic", action="append", default=[], metavar="T", help="show this topic, * for any text; may be repeated"
     )
     parser.add_argument(
-        "--size", type=float, default=25.0, metavar="MB", help="size of the page at most, about (default: 25)"
+        "--size",
+        type=float,
+        default=25.0,
+        metavar="MB",
+        help="size of the page at most, about (default: 25); a larger page shows more frames",
     )
 
 

@@ -105,7 +105,7 @@ def _radars(pairs: Sequence[tuple[Readings, Readings]], horizon: float) -> Value
     speeds: list[Array] = []
     for run, reference in pairs:
         for one, two in _matched(run.before(horizon), reference.before(horizon)):
-            mine, theirs = _same_targets(one.arrays, two.arrays, reference.gates)
+            mine, theirs = same_targets(one.arrays, two.arrays, reference.gates)
             detected += len(one.arrays["distance"])
             wanted += len(two.arrays["distance"])
             found += len(mine)
@@ -117,7 +117,7 @@ def _radars(pairs: Sequence[tuple[Readings, Readings]], horizon: float) -> Value
     }
 
 
-def _same_targets(
+def same_targets(
     one: Mapping[str, Array], two: Mapping[str, Array], gates: tuple[float, float, float]
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Rows of detections of the same target: at most a cell apart along each axis, the nearest first, each once."""

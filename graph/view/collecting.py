@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from graph.sim.messages.run_reader import RunReader
     from graph.sim.messages.sources import Entry
 
-MOST_FRAMES = 30
-"""Clouds or pictures of a topic in the page."""
+FRAMES_A_MEGABYTE = 1.5
+"""Clouds or pictures of a topic in the page, at most, for each megabyte of the budget."""
 CLOUD_SHARE, IMAGE_SHARE = 0.65, 0.3
 """Of the budget; the rest is for values and times."""
 POINT_BYTES = 12
@@ -105,9 +105,10 @@ def collect(run: RunReader, sizes: Mapping[str, float], budget: int) -> Collecte
 
 def _picks(run: RunReader, types: dict[str, str], budget: int) -> dict[str, frozenset[int]]:
     """The numbers of the messages of each topic that the page shows."""
+    frames = max(10, round(FRAMES_A_MEGABYTE * budget / 1e6))
     images = [name for name, one in types.items() if one == IMAGE]
     pictures = int(IMAGE_SHARE * budget / PICTURE_BYTES / max(1, len(images)))
-    most = {IMAGE: max(1, min(MOST_FRAMES, pictures)), **dict.fromkeys(TYPES, MOST_FRAMES)}
+    most = {IMAGE: max(1, min(frames, pictures)), **dict.fromkeys(TYPES, frames)}
     return {
         name: frozenset(() if one in NOT_DRAWN else chosen(run.recorded[name].messages, most.get(one, MOST_POINTS)))
         for name, one in types.items()

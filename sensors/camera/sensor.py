@@ -130,7 +130,7 @@ class TiledCameraSensor:
         app = app if app is not None else App.current()
         self.paths = listed
         self.render_vars = tuple(render_vars or ())
-        self.sensors = [_Tile(app, path, resolution, names) for path in listed]
+        self.sensors = [Tile(app, path, resolution, names) for path in listed]
         self.rows = max(1, round(len(listed) ** 0.5))
         self.columns = -(-len(listed) // self.rows)
         self._size = int(resolution[0]), int(resolution[1])
@@ -166,7 +166,7 @@ class TiledCameraSensor:
         return np.ascontiguousarray(grid.reshape(*self.tiled_resolution, count)), info
 
 
-class _Tile(CameraSensor):
+class Tile(CameraSensor):
     """One camera of many: a plain Camera prim, which need not have the schema of sensors."""
 
     def __init__(self, app: App, path: str, resolution: tuple[int, int], annotators: Iterable[str]) -> None:

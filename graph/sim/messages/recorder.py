@@ -77,6 +77,11 @@ class Recorder:
         if self.parts:
             self.parts[-1].reached(now_ns)
 
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """The topics of the run that `topics` and `exclude` keep out of the recording."""
+        return tuple(topic for topic, chosen in self._chosen.items() if not chosen)
+
     def flush(self) -> None:
         """Writes the pending messages."""
         if self.parts:

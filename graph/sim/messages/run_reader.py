@@ -165,7 +165,7 @@ def open_run(path: str | Path, *, whole: bool = True) -> RunReader:
     if not found:
         if whole or report is None:
             raise UserError(f"{path}: no recording is in this folder; name one that holds .mcap or .db3 files")
-        notes.append(f"{path}: no message was published, so there is no recording")
+        notes.append(f"{path}: no message was recorded")
     files: list[RecordedFile] = []
     for one in found:
         try:

@@ -79,8 +79,8 @@ function drawCloud(cloud) {
   const axes = Object.fromEntries(["x", "y", "z"].map((name, axis) => [
     `${name}axis`, { title: { text: name }, range: [cloud.low[axis], end[axis]], backgroundcolor: "#f5f7f9" }]));
   const ratio = Object.fromEntries(["x", "y", "z"].map((name, axis) => [
-    name, Math.max(0.03, 2 * (end[axis] - cloud.low[axis]) / extent)]));
-  const view = { eye: { x: -0.9, y: -0.9, z: 0.8 }, up: { x: 0, y: 0, z: 1 } };
+    name, Math.max(0.03, 1.15 * (end[axis] - cloud.low[axis]) / extent)]));
+  const view = { eye: { x: -1.1, y: -1.1, z: 0.9 }, up: { x: 0, y: 0, z: 1 } };
   const layout = { margin: { l: 0, r: 0, t: 0, b: 0 }, uirevision: 1,
     scene: { ...axes, aspectmode: "manual", aspectratio: ratio, camera: view } };
   const draw = (time) => {

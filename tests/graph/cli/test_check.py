@@ -167,8 +167,8 @@ def test_no_other_type_is_offered_for_one_that_cannot_work_here(folder, graph):
         "      a: isaacsim.streaming.rtsp.RTSPCameraHelper\n      b: OnMouseInput\n"
     )
     assert graph("check", "c.yaml").err.splitlines() == [
-        'c.yaml:5:7: node "a": no node type "isaacsim.streaming.rtsp.RTSPCameraHelper": no video is encoded or '
-        "sent to devices here; use ROS2CameraHelper; "
+        'c.yaml:5:7: node "a": no node type "isaacsim.streaming.rtsp.RTSPCameraHelper": there is no RTSP server '
+        "here; ROS2CameraHelper with type rgb_h264 publishes the same video; "
         "--skip-unknown runs the rest of the file",
         'c.yaml:6:7: node "b": no node type "OnMouseInput": there is no window here; '
         "--skip-unknown runs the rest of the file",

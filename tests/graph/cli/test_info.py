@@ -148,7 +148,7 @@ def test_a_run_that_published_nothing_says_so(graph, folder):
     (folder / "still.yaml").write_text("tickgraph: 1\n")
     assert graph("run", "still.yaml", "--updates", "3", "--out", "out").code == 0
     done = graph("info", "out")
-    assert (done.code, done.err) == (0, "out: no message was published, so there is no recording\n")
+    assert (done.code, done.err) == (0, "out: no message was recorded\n")
 
 
 def test_a_publisher_that_stayed_silent_has_its_line(graph, recorded):

@@ -16,9 +16,12 @@ TITLE = "\x1b]0;owned\x07"
 ALLOWED = {
     "printing.py": ("print", "Console().print"),
     "report.py": ("console.print",),
+    "trade.py": ("console.print",),
     "completion.py": ("print",),
 }
-"""Who may print: the writer, the tables of a run (their cells are made printable), a script that no file is part of."""
+"""Who may print: the writer, the tables of a run and of a trade (their cells are made printable), a script without any
+part of a file.
+"""
 
 
 def test_nothing_in_the_commands_prints_but_the_one_writer():

@@ -102,10 +102,10 @@ def test_a_misspelt_option_is_named_with_the_near_one(graph):
 def test_the_completion_script_is_read_by_bash_and_knows_commands_and_options(graph):
     script = graph("completion", "bash").out
     done = subprocess.run(
-        ["bash", "-c", f"{script}\nCOMP_WORDS=(graph ex); COMP_CWORD=1; _shtab_graph; echo ${{COMPREPLY[@]}}"],
+        ["bash", "-c", f"{script}\nCOMP_WORDS=(graph exp); COMP_CWORD=1; _shtab_graph; echo ${{COMPREPLY[@]}}"],
         capture_output=True,
         text=True,
         check=True,
     )
-    assert done.stdout.split() == ["explain"]
+    assert done.stdout.split() == ["export", "explain"]
     assert "--fidelity" in script

@@ -15,7 +15,7 @@ from graph.trade.meter import PARTS, Cost
 from graph.trade.outcome import OK, UNSTABLE, Outcome, Row
 from graph.trade.outputs import as_csv, as_dict, block
 from graph.trade.readings import LIDAR, Reading, Readings
-from graph.trade.sights import _same_targets, values_of
+from graph.trade.sights import same_targets, values_of
 from graph.trade.states import Trajectory
 from graph.trade.study import Scene, Study
 from graph.trade.trial import Timed
@@ -124,7 +124,7 @@ def test_detections_of_a_target_are_matched_once_and_within_a_cell():
     """Cells of 1 m, 0.5 m/s and 0.1 rad (5.7 degrees): the second is found a cell further, the third is not."""
     one = {"distance": np.array([10.0, 21.0, 32.0]), "rv_ms": np.zeros(3), "azimuth": np.zeros(3)}
     two = {"distance": np.array([10.0, 20.0, 30.0, 10.5]), "rv_ms": np.zeros(4), "azimuth": np.zeros(4)}
-    mine, theirs = _same_targets(one, two, (1.0, 0.5, 0.1))
+    mine, theirs = same_targets(one, two, (1.0, 0.5, 0.1))
     assert dict(zip(mine.tolist(), theirs.tolist(), strict=True)) == {0: 0, 1: 1}
 
 

@@ -4,7 +4,7 @@ import pytest
 from pxr import Gf, UsdGeom, UsdPhysics
 
 from sensors import TiledCameraSensor
-from sensors.camera.sensor import WIDTHS, _Tile
+from sensors.camera.sensor import WIDTHS, Tile
 from sensors.raycast.triangles import TriangleScene
 from tests.support.camera_worlds import ahead
 from tests.support.lidar_worlds import add_box, weightless
@@ -70,7 +70,7 @@ def images(build, places, *, together, parent="/World", updates=3):
         if together:
             sensors = TiledCameraSensor(paths, resolution=SIZE, annotators=NAMES, app=app).sensors
         else:
-            sensors = [_Tile(app, path, SIZE, NAMES) for path in paths]
+            sensors = [Tile(app, path, SIZE, NAMES) for path in paths]
         app.play()
         found = []
         for _ in range(updates):
@@ -112,7 +112,7 @@ def test_the_rays_of_all_tiles_are_cast_at_once(monkeypatch, together, casts):
         if together:
             kept = TiledCameraSensor(paths, resolution=SIZE, annotators="normals", app=app)
         else:
-            kept = [_Tile(app, path, SIZE, ["normals"]) for path in paths]
+            kept = [Tile(app, path, SIZE, ["normals"]) for path in paths]
         app.play()
         app.update()
         assert counted == [4 * 12 * 16 // casts] * casts

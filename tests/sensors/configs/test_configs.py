@@ -359,6 +359,6 @@ def test_aux_levels_default_to_none(stage):
     assert list(prim.GetAttribute("_replicator:rendervar:GenericModelOutput:channels").Get()) == ["FULL"]
 
 
-def test_only_lidars_take_a_config(stage):
-    with pytest.raises(UserError, match="only OmniLidar or OmniRadar does"):
+def test_only_sensors_with_configurations_take_a_config(stage):
+    with pytest.raises(UserError, match="only OmniLidar or Camera or OmniRadar does"):
         author_config(stage.DefinePrim("/World/Cube", "Cube"), "XT32")

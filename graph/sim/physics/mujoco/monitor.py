@@ -150,7 +150,7 @@ class Monitor:
         worst = tumbling.worst(model, self._engine.data)
         if worst.share > LOST:
             self._tumbling = None
-            much = f"{min(worst.share, 10.0):.0%} a second"
+            much = f"{min(worst.share, 10.0 if worst.grows else 1.0):.0%} a second"
             effect = f"its wobble grows by {much}" if worst.grows else f"it loses {much} of its angular momentum"
             better = "" if model.opt.integrator == RK4 else ", or set physics.integrator to rk4"
             self._warn(

@@ -1,5 +1,6 @@
 """Stamps against the schedule of their sensor."""
 
+import pickle
 from fractions import Fraction
 
 import pytest
@@ -92,9 +93,9 @@ def test_stamps_of_the_wall_clock_are_measured_by_the_time_of_publishing():
 
 
 def test_the_memory_of_a_topic_is_bounded():
-    one = regularity([k * (k + 1) for k in range(20_000)])
-    assert len(one._distances) == 10_000
-    assert len(one._longest) == LISTED
+    one, longer = (regularity([k * (k + 1) for k in range(count)]) for count in (20_000, 40_000))
+    assert len(longer.gaps()) == LISTED
+    assert len(pickle.dumps(longer)) < len(pickle.dumps(one)) + 1000  # the first 10,000 distances, the longest gaps
 
 
 def test_a_message_alone_and_no_message_have_no_period():
