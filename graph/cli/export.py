@@ -8,6 +8,7 @@ from pathlib import Path
 from graph.base.errors import RunError
 
 from .printing import say, tell
+from .progress import reading
 
 FORMATS = ("pcd", "ply", "las", "kitti", "nuscenes", "npz", "csv", "png")
 
@@ -42,7 +43,8 @@ def run(args: argparse.Namespace) -> int:
         for note in recording.notes:
             tell(note)
         try:
-            lines = export(recording, args.format, args.out, args.topic, world=args.world)
+            with reading(recording):
+                lines = export(recording, args.format, args.out, args.topic, world=args.world)
         except OSError as error:
             raise RunError(f"{error.filename or args.out}: {error.strerror or error}") from error
     for line in lines:

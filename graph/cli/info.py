@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .printing import counted, say, say_json, tell
+from .progress import reading
 
 SHOWN = 3
 """Gaps of a topic in its line."""
@@ -31,7 +32,8 @@ def run(args: argparse.Namespace) -> int:
     from graph.sim.messages.run_reader import open_run
 
     with open_run(args.run, whole=False) as recording:
-        found = measure(recording)
+        with reading(recording):
+            found = measure(recording)
         if args.json:
             say_json(_as_json(recording, found))
             return 0

@@ -9,6 +9,7 @@ from graph.base.errors import RunError, UserError
 
 from .info import measure, said_of
 from .printing import say, tell
+from .progress import reading
 
 FOLDER = "view"
 MOST_MB = 1000.0
@@ -43,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
     if not 6 <= args.size <= MOST_MB:
         raise UserError(f"--size {args.size:g}: the page needs 6 to {MOST_MB:g} MB")
     out: Path = args.out or (args.run if args.run.is_dir() else args.run.parent) / FOLDER
-    with open_run(args.run, whole=False) as recording:
+    with open_run(args.run, whole=False) as recording, reading(recording):
         topics = named_topics(recording, args.topic)
         found = measure(recording)
         sizes = {name: found[name].size / max(1, found[name].messages) for name in topics}

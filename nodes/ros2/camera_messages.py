@@ -70,7 +70,8 @@ def _cloud(reading: Reading) -> Any:
     import numpy as np
 
     distance = reading.found.reshape(-1, 1)
-    points = np.where(np.isfinite(distance), distance * _directions(reading.frame.config.lens), np.float32(np.nan))
+    known = np.where(np.isfinite(distance), distance, np.float32(np.nan))
+    points = known * _directions(reading.frame.config.lens)
     return point_cloud(points, {}, reading.nanoseconds, reading.frame_id)
 
 

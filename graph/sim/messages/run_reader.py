@@ -15,7 +15,7 @@ from __future__ import annotations
 import heapq
 import json
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path, PurePosixPath
@@ -71,7 +71,8 @@ class RunReader:
     """A recording in one or more files; a `Source` of messages.
 
     recorded: its topics by name. report: the content of report.json; None without one. provenance: what the recorder
-    noted about the run. notes: lines about what is missing. skipped: topics that cannot be read, and why.
+    noted about the run. notes: lines about what is missing. skipped: topics that cannot be read, and why. on_read: is
+    called for each message that is read.
     """
 
     def __init__(
@@ -81,6 +82,7 @@ class RunReader:
         self.files = tuple(files)
         self.notes = [*notes, *(one.unfinished for one in self.files if one.unfinished)]
         self.skipped: dict[str, str] = {}
+        self.on_read: Callable[[], None] = _nothing
         self.recorded: dict[str, RecordedTopic] = {}
         self.provenance: dict[str, str] = {}
         for file in self.files:
@@ -121,6 +123,7 @@ class RunReader:
                 advance(iter(file.read(fitting)), next(order))
             if running:
                 _, place, entry, entries = heapq.heappop(running)
+                self.on_read()
                 yield entry
                 advance(entries, place)
 
@@ -144,6 +147,10 @@ class RunReader:
                 topic.messages += file.counts.get(name, 0)
             else:
                 self.skipped[name] = f"{file.name} has messages of type {type_name} on it"
+
+
+def _nothing() -> None:
+    pass
 
 
 def open_run(path: str | Path, *, whole: bool = True) -> RunReader:
