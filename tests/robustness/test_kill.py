@@ -71,9 +71,12 @@ def test_a_killed_run_has_lost_less_than_a_second(tmp_path, delay, traffic):
         assert reached < LONGEST_LOSS_NS
         return
     logged = []
+    if len(files) > 1 and not files[-1].stat().st_size:  # a part that had just begun
+        files.pop()
+        assert finish(files[-1]).whole
     for one in files:
         left = finish(one)
-        assert left.whole == (one != files[-1])  # every part but the last was finished before the next began
+        assert left.whole or one == files[-1]  # every part but the last was finished before the next began
         with one.open("rb") as file:
             found = [message.log_time for _, _, message in make_reader(file, validate_crcs=True).iter_messages()]
         assert len(found) == left.messages

@@ -78,6 +78,17 @@ def test_recover_mends_the_parts_of_a_folder(graph, folder, play):
     assert "/clock: 120 messages" in graph("info", "out").out
 
 
+def test_recover_removes_a_last_part_that_was_killed_before_its_first_byte(graph, folder, play):
+    play("split_seconds: 1")
+    (folder / "out/report.json").unlink()
+    (folder / "out/run_3.mcap").write_bytes(b"")
+    done = graph("recover", "out")
+    assert done.code == 0
+    assert done.out.startswith("out/run_3.mcap: the run was killed when it began this part; the empty file is removed")
+    assert not (folder / "out/run_3.mcap").exists()
+    assert graph("info", "out").code == 0
+
+
 @pytest.mark.parametrize(
     ("record", "said"),
     [
