@@ -229,7 +229,7 @@ class WorldPlanes:
             alone = wavelength**2 / (96.0 * np.pi) * np.linalg.inv(self.extent[rows] + 1e-12 * np.eye(2))
             wide, axes = np.linalg.eigh(alone)
             turned = np.einsum("pia,pij,pja->pa", axes, self.spread[rows], axes) / (2.0 * SPREAD)
-            wide = np.where(turned > STRAIGHT**2, np.minimum(wide, np.sqrt(wide * turned)), wide)
+            wide = np.where(turned > STRAIGHT**2, np.minimum(wide, np.sqrt(np.maximum(wide * turned, 0))), wide)
             found[rows] = self.spread[rows] + np.einsum("pia,pa,pja->pij", axes, wide, axes)
             self._lobes[wavelength] = found
         return self._lobes[wavelength]

@@ -125,7 +125,9 @@ def main():
     while len(received) < wanted and time.monotonic() < last + 20:
         commands.write(Twist(Vector3(0.5, 0, 0), Vector3(0, 0, 0)))
         for endpoint in endpoints.take(N=100):
-            if getattr(endpoint, "topic_name", "").startswith("rt/") and endpoint.participant_key != participant.guid:
+            if (getattr(endpoint, "topic_name", None) or "").startswith(
+                "rt/"
+            ) and endpoint.participant_key != participant.guid:
                 found[endpoint.topic_name] = {
                     "type": endpoint.type_name,
                     "user_data": endpoint.qos[Policy.Userdata].data.decode() if Policy.Userdata in endpoint.qos else "",
