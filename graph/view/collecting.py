@@ -1,4 +1,4 @@
-"""Reads a recording once and keeps what the page shows of it, within a budget of bytes."""
+"""Reads a recording and keeps what the page shows of it, within a budget of bytes."""
 
 from __future__ import annotations
 

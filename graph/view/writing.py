@@ -100,6 +100,7 @@ def radar_data(panel: CloudPanel) -> dict[str, Any] | None:
     if velocity is None:
         return None
     colour = next((name for name in ("rcs", "intensity", "snr") if name in names), velocity)
+    shown = [frame for frame in panel.frames if {velocity, colour} <= frame.values.keys()]  # fields may change
     frames = [
         {
             "t": frame.stamp_ns / 1e9,
@@ -109,10 +110,9 @@ def radar_data(panel: CloudPanel) -> dict[str, Any] | None:
             "y": _rounded(frame.local[:, 1]),
             "c": _rounded(frame.values[colour]),
         }
-        for frame in panel.frames
-        if velocity in frame.values
+        for frame in shown
     ]
-    strengths = [one for frame in panel.frames if velocity in frame.values for one in _rounded(frame.values[colour])]
+    strengths = [one for frame in shown for one in np.nan_to_num(frame.values[colour]).tolist()]
     low, high = np.percentile(strengths, (1, 99)) if strengths else (0.0, 1.0)
     return {"topic": panel.topic, "colour": colour, "low": float(low), "high": float(high), "frames": frames}
 
