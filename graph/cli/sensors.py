@@ -121,7 +121,7 @@ def _camera_rows(found: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
         ("type", f"camera{shutter}"),
         ("frame rate", f"{found['scan_rate_hz']:g} Hz at most (author omni:sensor:tickRate; else every update)"),
         ("image", f"{width} x {height} pixels: the size to give its render product"),
-        ("field of view", f"{across:.4g}° x {down:.4g}°, without distortion"),
+        ("field of view", f"{across:.4g}° x {down:.4g}° through the middle, edge to edge"),
         ("lens", f"{found['lens']}, focal length {found['focal_length_px']:g} px"),
         *depth,
         ("range", _span(found["range_m"], " to ") + " m"),

@@ -43,6 +43,7 @@ SCAN_BINS = "/tickgraph/laserScanBinsOfFieldOfView"
 SCAN_END_BEYOND = "/tickgraph/laserScanEndsBeyondLastBeam"
 FLAT_SCAN_NEEDS_2D = "/tickgraph/flatScanNeeds2d"
 BOXES_IN_WORLD = "/tickgraph/cameraBoxesInWorld"
+INFO_SQUARE_PIXELS = "/tickgraph/cameraInfoSquarePixels"
 MERGE_TRANSFORMS = "/tickgraph/mergeTransforms"
 STOP_CLEARS_COMMANDS = "/tickgraph/stopClearsCommands"
 NODE_ERRORS_STOP = "/tickgraph/nodeErrorsStop"
@@ -92,6 +93,7 @@ DEFAULTS: dict[str, Any] = {
     SCAN_BINS: False,
     FLAT_SCAN_NEEDS_2D: True,
     BOXES_IN_WORLD: False,
+    INFO_SQUARE_PIXELS: False,
     MERGE_TRANSFORMS: True,
     STOP_CLEARS_COMMANDS: False,
     NODE_ERRORS_STOP: True,

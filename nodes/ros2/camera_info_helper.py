@@ -6,6 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 from graph.node import Attribute, Database, node_type
+from graph.sim.settings import INFO_SQUARE_PIXELS
 
 from .camera_helper import (
     HELPER_INPUTS,
@@ -55,8 +56,8 @@ IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 def camera_info_helper(db: Database) -> bool:
     """Publish `sensor_msgs/CameraInfo` with every frame of a camera, or of both cameras of a stereo pair.
 
-    K is that of the image: a lens schema scaled to it, else focal length and aperture. The lens is read when the
-    publisher is attached.
+    K is that of the image: a lens schema scaled to it, else focal length and aperture; the profile isaacsim-6.0.1 makes
+    both of its focal lengths the first. The lens is read when the publisher is attached.
     """
     product = product_of(db)
     if product is None:
@@ -75,7 +76,7 @@ def _attach(db: Database, product: RenderProduct) -> bool:
     warn_about_settings(db)
     lens = _lens(product)
     rotations: tuple[Sequence[float], Sequence[float]] = IDENTITY, IDENTITY
-    shift, k = 0.0, matrix_of(lens)
+    shift, k = 0.0, _matrix(db, product)
     if right is not None:
         problem = _unlike(lens, _lens(right))
         if problem:
@@ -88,7 +89,7 @@ def _attach(db: Database, product: RenderProduct) -> bool:
     _add(db, product, topic, inputs.frameId, rotations[0], [*k[:3], 0.0, *k[3:6], 0.0, *k[6:], 0.0])
     if right is not None:
         topic = topic_name(db, right.camera_path, inputs.topicNameRight)
-        k = matrix_of(_lens(right))
+        k = _matrix(db, right)
         _add(db, right, topic, inputs.frameIdRight, rotations[1], [*k[:3], shift, *k[3:6], 0.0, *k[6:], 0.0])
     return True
 
@@ -101,9 +102,18 @@ def _add(
     if distortion is None:
         db.warn("lens-without-model", f"{product.camera_path}: ROS has no model of its lens; D is 0")
         distortion = "plumb_bob", (0.0,) * 5
-    make = partial(_message, frame_id, (lens.width, lens.height), distortion, matrix_of(lens), r, p)
+    make = partial(_message, frame_id, (lens.width, lens.height), distortion, _matrix(db, product), r, p)
     stamp = stamps(db.app, system_time=inputs.useSystemTime, reset_on_stop=inputs.resetSimulationTimeOnStop)
     add_camera_writer(db, product, FrameWriter(db.app.bus, topic, CAMERA_INFO, stamp, make, inputs.frameSkipCount + 1))
+
+
+def _matrix(db: Database, product: RenderProduct) -> list[float]:
+    lens = _lens(product)
+    square = lens.fx != lens.fy and bool(db.app.settings.get(INFO_SQUARE_PIXELS))
+    if square:
+        said = f"{product.camera_path}: its CameraInfo has fx {lens.fx:g} for fy {lens.fy:g}, unlike its image"
+        db.warn("camera-info-square", f"{said} (as in Isaac Sim; --{INFO_SQUARE_PIXELS}=false keeps fy)")
+    return matrix_of(lens, square=square)
 
 
 def _message(

@@ -157,6 +157,6 @@ def distortion_of(lens: Lens) -> tuple[str, Sequence[float]] | None:
     return None
 
 
-def matrix_of(lens: Lens) -> list[float]:
-    """The intrinsic matrix K, row by row [px]."""
-    return [lens.fx, 0.0, lens.cx, 0.0, lens.fy, lens.cy, 0.0, 0.0, 1.0]
+def matrix_of(lens: Lens, *, square: bool) -> list[float]:
+    """The intrinsic matrix K, row by row [px]; square: with fx for fy."""
+    return [lens.fx, 0.0, lens.cx, 0.0, lens.fx if square else lens.fy, lens.cy, 0.0, 0.0, 1.0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -107,12 +108,20 @@ def _opencv(prim: Usd.Prim, model: str, values: dict[str, Any], size: tuple[int,
         _size(prim, model, values, name)
     if not min(values["imageSize"]) > 0:
         raise UserError(f"{prim.GetPath()}.{LENS}{model}:imageSize is {values['imageSize']}; give numbers above 0")
+    return opencv_lens(model, values, size)
+
+
+def opencv_lens(model: str, values: Mapping[str, Any], size: tuple[int, int]) -> Lens:
+    """A lens of OpenCV's numbers for `imageSize`, scaled to an image of width x height.
+
+    model: "opencvPinhole" or "opencvFisheye"; coefficients that `values` leaves out are 0.
+    """
     across, down = size[0] / values["imageSize"][0], size[1] / values["imageSize"][1]
     camera = values["fx"] * across, values["fy"] * down, values["cx"] * across, values["cy"] * down
     if model == "opencvFisheye":
-        return FisheyeLens(*size, *camera, (1.0, *(values[f"k{number}"] for number in range(1, 5))))
+        return FisheyeLens(*size, *camera, (1.0, *(values.get(f"k{n}", 0.0) for n in range(1, 5))))
     k, p, s = (
-        tuple(values[f"{letter}{number}"] for number in range(1, count + 1))
+        tuple(values.get(f"{letter}{n}", 0.0) for n in range(1, count + 1))
         for letter, count in (("k", 6), ("p", 2), ("s", 4))
     )
     return BrownLens(*size, *camera, k, p, s) if any((*k, *p, *s)) else Lens(*size, *camera)

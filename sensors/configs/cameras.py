@@ -11,8 +11,11 @@ from importlib import resources
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from graph.base.errors import UserError
 from graph.base.suggest import did_you_mean
+from sensors.camera.lens_models import opencv_lens
 from sensors.camera.names import LENS, PRIM_TYPE
 from sensors.camera.stereo_depth import NAMES, PREFIX, StereoDepth
 
@@ -25,7 +28,7 @@ FILM_MM = 20.955
 """Width of the film of an imager whose focal length is not known: that of a new Camera prim."""
 NEAR_M, FAR_M = 0.01, 1e6
 """Distances that a configured camera shows."""
-FISHEYE = "opencvFisheye"
+PINHOLE, FISHEYE = "opencvPinhole", "opencvFisheye"
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,10 +61,16 @@ class Imager:
 
     @property
     def fields_deg(self) -> tuple[float, float]:
-        """Fields of view across and down, without distortion [deg]."""
-        halves = [side / 2 / self.focal_length_px for side in self.resolution]
-        across, down = (math.degrees(2 * (half if self.equidistant else math.atan(half))) for half in halves)
-        return across, down
+        """Fields of view across and down [deg]: between the rays of opposite edges, through the middle of the image.
+
+        Its distortion counts; NaN where the lens has no ray for an edge.
+        """
+        width, height = self.resolution
+        edges = np.array([(0, width, width / 2, width / 2), (height / 2, height / 2, 0, height)], np.float64)
+        x, y, ahead = opencv_lens(self._model, self._lens_values(), self.resolution).unproject(edges)
+        left, right = np.arctan2(x[:2], ahead[:2])
+        top, bottom = np.arctan2(y[2:], ahead[2:])
+        return math.degrees(right - left), math.degrees(bottom - top)
 
     def attributes(self) -> dict[str, tuple[str, Any]]:
         """Attribute of a Camera prim -> its USD value type and value; focal length and film in mm."""
@@ -72,25 +81,32 @@ class Imager:
         sizes = {"focalLength": focal, "horizontalAperture": film, "verticalAperture": height}
         return {**{name: ("float", value) for name, value in sizes.items()}, **self._lens_attributes()}
 
+    @property
+    def _model(self) -> str:
+        return str((self.lens or {}).get("model", FISHEYE if self.equidistant else PINHOLE))
+
+    def _lens_values(self) -> dict[str, Any]:
+        if self.lens is not None:
+            return {name: value for name, value in self.lens.items() if name != "model"}
+        (width, height), focal = self.resolution, self.focal_length_px
+        values = {"imageSize": [width, height], "fx": focal, "fy": focal, "cx": width / 2, "cy": height / 2}
+        return {**values, **(dict.fromkeys(("k1", "k2", "k3", "k4"), 0.0) if self.equidistant else {})}
+
     def _lens_attributes(self) -> dict[str, tuple[str, Any]]:
-        values = dict(self.lens or {})
-        if self.equidistant:
-            (width, height), focal = self.resolution, self.focal_length_px
-            values = {"model": FISHEYE, "imageSize": [width, height], "fx": focal, "fy": focal}
-            values |= {"cx": width / 2, "cy": height / 2, **dict.fromkeys(("k1", "k2", "k3", "k4"), 0.0)}
-        model = values.pop("model", "")
-        found = {f"{LENS}{model}:{name}": ("float", value) for name, value in values.items()}
-        if model:
-            found[f"{LENS}{model}:imageSize"] = "int2", tuple(values["imageSize"])
-            found[f"{LENS}model"] = "token", model
+        if self.lens is None and not self.equidistant:
+            return {}
+        values = self._lens_values()
+        found = {f"{LENS}{self._model}:{name}": ("float", value) for name, value in values.items()}
+        found[f"{LENS}{self._model}:imageSize"] = "int2", tuple(values["imageSize"])
+        found[f"{LENS}model"] = "token", self._model
         return found
 
     @property
     def schemas(self) -> list[str]:
         """The API schemas of its attributes."""
-        model = FISHEYE if self.equidistant else (self.lens or {}).get("model", "")
-        kinds = {"opencvPinhole": "OpenCvPinhole", FISHEYE: "OpenCvFisheye"}
-        return ["OmniSensorAPI", *([f"OmniLensDistortion{kinds[model]}API"] if model else [])]
+        kinds = {PINHOLE: "OpenCvPinhole", FISHEYE: "OpenCvFisheye"}
+        bent = self.lens is not None or self.equidistant
+        return ["OmniSensorAPI", *([f"OmniLensDistortion{kinds[self._model]}API"] if bent else [])]
 
     def stereo(self) -> dict[str, float]:
         """Attributes of the render product of a stereo camera; empty for other cameras."""

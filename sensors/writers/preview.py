@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -30,15 +31,17 @@ class Previews:
 
     Cameras: their colours. Sensors that measure points: those points in the world, seen from above; all pictures of a
     sensor show the same part of the world. Other sensors: nothing. A picture shows the first frame at or after its
-    time; the sensor computes what the pictures need in every frame until `close`. The first picture replaces those of
-    an earlier run. Raises RunError from an update in which a picture cannot be written.
+    time; the sensor computes what the pictures need in every frame until `close`. After a stop frames count on, also of
+    a product that is made again. The first picture replaces those of an earlier run. Raises RunError from an update in
+    which a picture cannot be written.
     """
 
     def __init__(self, app: App, folder: Path, rate: Fraction) -> None:
         self.files: list[Path] = []
         """What was written, in order."""
         self._app, self._folder, self._period = app, folder, 1 / rate
-        self._seen: set[str] = set()
+        self._followed: dict[str, RenderProduct] = {}
+        self._series: dict[str, _Series] = {}
         self._ends: list[Callable[[], None]] = [app.on("render", self._follow_new, BEFORE_RENDERING)]
 
     def close(self) -> None:
@@ -48,8 +51,8 @@ class Previews:
 
     def _follow_new(self) -> None:
         for product in self._app.rendering.products.values():
-            if product.path not in self._seen and product.camera_path:
-                self._seen.add(product.path)
+            if self._followed.get(product.path) is not product and product.camera_path:
+                self._followed[product.path] = product
                 self._follow(product)
 
     def _follow(self, product: RenderProduct) -> None:
@@ -57,23 +60,16 @@ class Previews:
         channel = next((name for name in ("rgb", "xyz") if kind and name in kind.measures), None)
         if channel is None:
             return
-        drawing: PointCloudDrawing | None = None
-        due = Fraction(0)
+        series = self._series.setdefault(product.path, _Series(channel, self._period))
 
         def draw(frame: Frame) -> None:
-            nonlocal due, drawing
-            if frame.reference < due:
+            number = series.number(frame)
+            if number is None:
                 return
-            due = (frame.reference // self._period + 1) * self._period
-            if channel == "rgb":
-                picture = np.asarray(frame.channel("rgb"))[..., :3]
-            else:
-                drawing = drawing or PointCloudDrawing(size=LARGE_M if frame.count < FEW else SMALL_M)
-                picture = drawing.draw(frame)
-            file = self._folder / f"{file_stem(frame.sensor_path, 'sensor')}_{frame.frame_id:06d}.png"
+            file = self._folder / f"{file_stem(frame.sensor_path, 'sensor')}_{number:06d}.png"
             if not self.files:
                 self._remove_earlier()
-            write_png(picture, file, "preview", "an output folder")
+            write_png(series.picture(frame), file, "preview", "an output folder")
             self.files.append(file)
 
         self._ends.append(on_frame(product, draw, channels=(channel,), app=self._app))
@@ -82,3 +78,33 @@ class Previews:
         for file in self._folder.glob("*_[0-9][0-9][0-9][0-9][0-9][0-9].png"):
             with suppress(OSError):
                 file.unlink()
+
+
+@dataclass
+class _Series:
+    """The pictures at one path, of one product or of several that follow each other."""
+
+    channel: str
+    period: Fraction
+    _due: Fraction = Fraction(0)
+    _earlier: int = 0
+    """Frames of earlier plays."""
+    _latest: int = -1
+    _drawing: PointCloudDrawing | None = None
+
+    def number(self, frame: Frame) -> int | None:
+        """The number of a frame, counted on from play to play, if a picture of it is due; else None."""
+        if frame.frame_id <= self._latest:  # a stop came between: frames and times begin again
+            self._earlier, self._due = self._earlier + self._latest + 1, Fraction(0)
+        self._latest = frame.frame_id
+        if frame.reference < self._due:
+            return None
+        self._due = (frame.reference // self.period + 1) * self.period
+        return self._earlier + frame.frame_id
+
+    def picture(self, frame: Frame) -> np.ndarray:
+        """(height, width, 3) uint8."""
+        if self.channel == "rgb":
+            return np.asarray(frame.channel("rgb"))[..., :3]
+        self._drawing = self._drawing or PointCloudDrawing(size=LARGE_M if frame.count < FEW else SMALL_M)
+        return self._drawing.draw(frame)

@@ -98,6 +98,11 @@ DIFFERENCES: tuple[Difference, ...] = (
         "a camera helper's 3D boxes are in the camera's optical frame, which their header names, or in the world",
     ),
     Difference(
+        keys.INFO_SQUARE_PIXELS,
+        True,
+        "the CameraInfo of a lens with two focal lengths has both, as its image does; or fx twice, with a warning",
+    ),
+    Difference(
         keys.MERGE_TRANSFORMS,
         False,
         "transforms of several nodes with the same topic, quality and stamp are one message, or one for each node",

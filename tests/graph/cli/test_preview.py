@@ -1,10 +1,14 @@
 """`graph run --preview`: pictures of what the sensors see."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from PIL import Image
 
 from graph.cli.main import main
+from graph.sim import App
+from sensors.writers.preview import Previews
 
 TEXT = """
 tickgraph: 1
@@ -56,6 +60,24 @@ def test_pictures_of_an_earlier_run_are_replaced_and_other_files_stay(tmp_path, 
     assert main(["run", str(file), "--updates", "6", "--out", str(tmp_path / "out"), "--preview"]) == 0
     names = {path.name for path in folder.iterdir()}
     assert names == {"World_Camera_000000.png", "World_Lidar_000000.png", "mine.png"}
+
+
+def test_a_product_that_is_made_again_after_a_stop_is_followed_and_its_frames_count_on(tmp_path, file):
+    """Two plays of half a second, a picture each second from the start of each: the graph makes its products anew."""
+    with App.from_file(file) as app:
+        pictures = Previews(app, tmp_path, Fraction(1))
+        for _ in range(2):
+            app.play()
+            app.update(30)
+            app.stop()
+        pictures.close()
+    # A play has 30 frames of the camera and 5 scans of the lidar.
+    assert sorted(path.name for path in tmp_path.glob("*.png")) == [
+        "World_Camera_000000.png",
+        "World_Camera_000030.png",
+        "World_Lidar_000000.png",
+        "World_Lidar_000005.png",
+    ]
 
 
 @pytest.mark.parametrize(("options", "said"), [(["--preview"], "--out DIR"), (["--preview", "2"], "--out DIR")])

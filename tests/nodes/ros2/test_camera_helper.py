@@ -10,7 +10,9 @@ import pytest
 from pxr import Gf, UsdGeom
 
 from graph import ComputeError
+from graph.base.exact import nanoseconds
 from graph.sim import App
+from graph.sim.messages.bus import MemorySink
 from graph.testing import run_node
 from sensors import render_product
 
@@ -242,6 +244,44 @@ def test_a_lens_schema_gives_the_distortion_model(app, schema, model, values, di
         assert info.k.tolist()[0] == pytest.approx(900 * 64 / 2048)
         assert info.k.tolist()[4] == pytest.approx(800 * 48 / 1024)
     assert [warning.code for warning in trace.warnings] == (["lens-without-model"] if model == "ftheta" else [])
+
+
+@pytest.mark.parametrize(("parity", "fy"), [("documented", 37.5), ("isaacsim-6.0.1", 28.125)])
+def test_two_focal_lengths_are_told_as_they_are_or_as_the_product_does(stage, app, parity, fy):
+    """At 64 x 48: fx = 900 x 64 / 2048 = 28.125, fy = 800 x 48 / 1024 = 37.5; the product writes fx for it."""
+    with App(stage, parity=parity) as app:
+        app.bus.subscribe(sink := MemorySink())
+        app.stage.GetPrimAtPath(CAMERA).AddAppliedSchema("OmniLensDistortionOpenCvPinholeAPI")
+        trace = helper(app, node="ROS2CameraInfoHelper", updates=4)
+        info = sink["/camera_info"][0].message
+    assert info.k.tolist() == pytest.approx([28.125, 0, 32, 0, fy, 24, 0, 0, 1])
+    assert info.p.tolist() == pytest.approx([28.125, 0, 32, 0, 0, fy, 24, 0, 0, 0, 1, 0])
+    said = [warning.message for warning in trace.warnings if warning.code == "camera-info-square"]
+    assert len(said) == (fy == 28.125)
+    assert all("fx 28.125 for fy 37.5" in one for one in said)
+
+
+def played(stage, parity, **inputs):
+    """The stamps [ns] of pictures, simulation time [ns] -> wall time [s] of each physics step, and the warnings."""
+    steps = {}
+    with App(stage, parity=parity, physics_hz=60, loop_hz=60) as app:
+        app.bus.subscribe(sink := MemorySink())
+        times = app.simulation
+        app.on("physics_post_step", lambda: steps.setdefault(nanoseconds(times.time), times.system_time))
+        trace = helper(app, updates=5, **inputs)
+    stamps = [one.message.header.stamp for one in sink["/rgb"]]
+    return [one.sec * 10**9 + one.nanosec for one in stamps], steps, [one.code for one in trace.warnings]
+
+
+@pytest.mark.parametrize("parity", ["documented", "isaacsim-6.0.1"])
+def test_system_time_is_the_wall_time_of_the_step_that_a_picture_shows(stage, app, parity):
+    """Without useSystemTime the same pictures have the simulation time of that step: one step of 1/60 s an update."""
+    plain, _, said = played(stage, parity)
+    assert len(plain) > 2
+    assert said == []
+    walls, steps, said = played(stage, parity, useSystemTime=True)
+    assert walls == [round(steps[moment] * 1e9) for moment in plain]
+    assert said == ["system-time-never-resets"]
 
 
 def test_a_stereo_pair_has_its_baseline_in_the_right_projection(app):

@@ -55,6 +55,20 @@ def test_every_imager_is_a_camera_with_its_field_of_view_and_says_where_its_figu
         assert config.near == pytest.approx(0.01)
 
 
+def test_a_field_of_view_counts_the_distortion():
+    """Of the D455's colours: x g(x^2) + p2 3 x^2 = 640 / 629.56 on the right, its mirror image on the left, by hand."""
+    imager = find_camera("D455").imager("color")
+
+    edge = 640 / 629.56
+    ends = []
+    for to in (-edge, edge):
+        roots = np.roots([-0.0161, 0, 0.0603, 0, -0.0557, -0.00085 * 3, 1, -to])
+        ends.append(min((root.real for root in roots if abs(root.imag) < 1e-9), key=lambda x: abs(x - to)))
+    expected = math.degrees(math.atan(ends[1]) - math.atan(ends[0]))
+    assert imager.fields_deg[0] == pytest.approx(expected, abs=0.01)  # the middle row is 2.5 px from the lens's axis
+    assert find_camera("SG3-H190XA").imager().fields_deg[0] == pytest.approx(190)
+
+
 @pytest.mark.parametrize("name", ["/Isaac/Sensors/RealSense/D455/rsd455.usd", "rsd455", "Realsense D455", "D455"])
 def test_a_camera_is_found_by_any_spelling(name):
     assert find_camera(name).path == "/Isaac/Sensors/RealSense/D455/rsd455.usd"
