@@ -50,6 +50,6 @@ $(VENV)/run.stamp: $(VENV)/python.stamp pyproject.toml $(PINS)
 
 $(VENV)/dev.stamp: $(VENV)/python.stamp pyproject.toml $(PINS)
 	@echo "installing into $(VENV): about 1 GB on disk"
-	$(PIP) install -c $(PINS) --no-build-isolation --editable '.[dev,foxglove,dds,zenoh]'
+	$(PIP) install -c $(PINS) --no-build-isolation --editable '.[dev,gl,foxglove,dds,zenoh]'
 	$(COMPILE)
 	@touch $@ $(VENV)/run.stamp

@@ -303,8 +303,8 @@ def test_each_heavy_library_is_imported_by_one_file_alone(library):
     assert importers == [OWNERS[library]]
 
 
-KNOW_MUJOCO = ("graph.sim.physics.mujoco", "graph.sim.mjcf")
-"""The packages that own MuJoCo's models and data: the engine, and its file format."""
+KNOW_MUJOCO = ("graph.sim.physics.mujoco", "graph.sim.mjcf", "graph.sim.opengl")
+"""The packages that own MuJoCo's models and data: the engine, its file format, and its renderer."""
 
 
 def knows_mujoco(name):

@@ -100,6 +100,19 @@ class Fidelity(PhysicsKnobs):
             read_by=_RADAR,
         ),
     ] = None
+    camera_backend: Annotated[
+        Literal["rays", "gl"],
+        Knob(
+            "cameras cast rays, or OpenGL draws what it can (MuJoCo's renderer, pip install 'tickgraph[gl]'): colours, "
+            "depth, points, segmentations and motion of cameras without distortion",
+            cost="gl: three drawings an image, whatever the number of triangles; fast with a graphics card only",
+            error="gl: depth 1e-5; linear light in steps of 1 / 255; shadows to a few centimetres; area lights are "
+            "points; one colour a mesh, or its texture",
+            why="the same bytes on every machine",
+            finer="rays",
+            read_by="sensors.camera.runtime",
+        ),
+    ] = "rays"
     camera_samples: Annotated[
         int,
         Knob(

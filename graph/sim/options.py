@@ -29,6 +29,10 @@ def refuse_unavailable(experience: str, parity: str, fidelity: Fidelity) -> None
         raise UserError(f"parity {parity!r} is not one of {', '.join(PARITIES)}")
     changed = {name: value for name, value in fidelity.as_dict().items() if value != Fidelity()[name]}
     Fidelity.from_mapping(changed)
+    if fidelity.camera_backend == "gl":
+        from .opengl.context import require_opengl
+
+        require_opengl()
 
 
 def clock_rates(

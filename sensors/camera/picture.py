@@ -59,7 +59,7 @@ class Pictures:
         """(n, 3) float32 [nit] of each pixel, linear. view: through the middles, with normals if that is all, and spots
         where these count.
         """
-        looks, lighting = looks_of(app, world), self._lighting(app, world, pose, state)
+        looks, lighting = looks_of(app, world), self.lighting(app, world, pose, state)
         shapes = smooth_surfaces(app, world)
         if self._shadows is None or self._shadows.world is not world:
             self._shadows = Shadows(world, self._exclude | looks.clear)
@@ -84,7 +84,8 @@ class Pictures:
             smoothen(view, shapes, self._shadows.world, state)
         return radiance(view, looks, lighting, self._shadows, state)
 
-    def _lighting(self, app: App, world: CastWorld, pose: np.ndarray, state: Any) -> Lighting:
+    def lighting(self, app: App, world: CastWorld, pose: np.ndarray, state: Any) -> Lighting:
+        """The lights as they are in a state, as seen from a camera at `pose` (4, 4) float64 [m]."""
         prims = world.cache.get("camera lights")
         if prims is None:
             prims = world.cache["camera lights"] = light_prims(app.stage)

@@ -31,10 +31,15 @@ if TYPE_CHECKING:
 
     from sensors.raycast.world import CastWorld
 
+    from .drawn import DrawnCamera
     from .tiles import TileGroup
 
 NUMBERED = (INSTANCE, LABELLED, SEMANTIC)
 LIT = frozenset({RGB, HDR})
+DRAWN = frozenset(
+    {RGB, INSTANCE, LABELLED, SEMANTIC, "distance_to_camera", "distance_to_image_plane", "points", "motion_vectors"}
+)
+"""The channels that OpenGL draws with `camera.backend=gl`; the others are cast."""
 MOST_HALF = 65504.0
 """The largest number of float16."""
 BOXES = frozenset({TIGHT, LOOSE, BOX, AROUND})
@@ -68,6 +73,7 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
         if self.config.shutter is not None:
             self.look_back(2 * self.config.shutter.duration(self.config.size))
         self._pictures = Pictures(self.path, self.config, self.exclude, samples)
+        self._drawn: DrawnCamera | None = None
 
     def interval(self, tick: Tick) -> tuple[Fraction, Fraction]:
         """The instant of the update; of a rolling shutter the exposure of all lines, which ends then."""
@@ -85,33 +91,81 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
     def reset(self) -> None:
         """Forgets where everything was."""
         super().reset()
+        self._put_away()
         self._before: Instant | None = None
 
     def measure(self, tick: Tick) -> Measurement:
         """The image of a tick."""
-        app, config, wanted = self._app, self.config, self.channels()
-        arrays: dict[str, np.ndarray] = {}
-        width, height = config.size
+        width, height = self.config.size
+        pose, images, wanted = self.pose(tick.poses), [], self.channels()
+        drawn = self._drawing(pose, wanted & DRAWN)
+        if drawn is not None:
+            images, wanted = self._draw(drawn, tick, pose, wanted & DRAWN), wanted - DRAWN
         if wanted:
-            world = cast_world(app)
-            lines = self._lines(tick)
-            lit = bool(wanted & LIT) and self._pictures.samples == 1
-            normals = lit or "normals" in wanted
-            shapes = smooth_surfaces(app, world) if normals else {}
-            spots = bool(shapes) or (lit and looks_of(app, world).vary)
-            pose, view = self._look(world, tick, lines, normals=normals, spots=spots)
-            smoothen(view, shapes, world, tick.poses)
-            images = self._images(view, tick)
-            if wanted & LIT:
-                images += self._lit(self._pictures.radiance(app, view, pose, tick.poses, world, lines))
-            arrays = {name: array.reshape(height, width, *array.shape[1:]) for name, array in images}
-            if wanted & BOXES:
-                labelled = dict(images).get(LABELLED)
-                numbers = self._numbered(view, LABELLED) if labelled is None else labelled
-                arrays |= boxes_of(app, view, config, tick.poses, numbers, wanted)
-        else:
-            pose = self.pose(tick.poses)
+            pose, cast = self._cast(tick, wanted)
+            images += cast
+        arrays = {
+            name: array if name in BOXES else array.reshape(height, width, *array.shape[1:]) for name, array in images
+        }
         return Measurement(arrays, width * height, None if self.history is not None else (pose, pose))
+
+    def _drawing(self, pose: np.ndarray, wanted: frozenset[str]) -> DrawnCamera | None:
+        """What draws by OpenGL; None if nothing is to be drawn, or if it cannot be, which is a warning."""
+        app = self._app
+        if app.fidelity.camera_backend != "gl" or not wanted:
+            return None
+        from .drawn import DrawnCamera, reason_for_rays
+
+        world = cast_world(app)
+        if reason := reason_for_rays(world, self.config):
+            app.warn("camera-by-rays", self.path, f"{reason}, which OpenGL does not show: its images are cast by rays")
+            return None
+        if self._drawn is None or self._drawn.world is not world:
+            self._put_away()
+            seen = world, looks_of(app, world), smooth_surfaces(app, world)
+            self._drawn = DrawnCamera(self.config, *seen, app.fidelity.camera_samples, pose)
+        return self._drawn
+
+    def _put_away(self) -> None:
+        if self._drawn is not None:
+            self._drawn.close()
+        self._drawn = None
+
+    def _draw(
+        self, drawn: DrawnCamera, tick: Tick, pose: np.ndarray, wanted: frozenset[str]
+    ) -> list[tuple[str, np.ndarray]]:
+        """Channels in demand as OpenGL draws them."""
+        app = self._app
+        view = drawn.look(pose, tick.poses, self.exclude)
+        images = self._images(view, tick, wanted)
+        if RGB in wanted:
+            lighting = self._pictures.lighting(app, drawn.world, pose, tick.poses)
+            if (count := len(lighting.lights)) > drawn.most_lights:
+                said = (
+                    f"OpenGL shows the {drawn.most_lights} brightest of its {count} lights (camera.backend=rays: all)"
+                )
+                app.warn("lights-left-out", self.path, said)
+            images += self._lit(drawn.radiance(view, pose, lighting), wanted)
+        return images
+
+    def _cast(self, tick: Tick, wanted: frozenset[str]) -> tuple[np.ndarray, list[tuple[str, np.ndarray]]]:
+        """The pose, (4, 4) float64 [m], and channels in demand by rays."""
+        app = self._app
+        world, lines = cast_world(app), self._lines(tick)
+        lit = bool(wanted & LIT) and self._pictures.samples == 1
+        normals = lit or "normals" in wanted
+        shapes = smooth_surfaces(app, world) if normals else {}
+        spots = bool(shapes) or (lit and looks_of(app, world).vary)
+        pose, view = self._look(world, tick, lines, normals=normals, spots=spots)
+        smoothen(view, shapes, world, tick.poses)
+        images = self._images(view, tick, wanted)
+        if wanted & LIT:
+            images += self._lit(self._pictures.radiance(app, view, pose, tick.poses, world, lines), wanted)
+        if wanted & BOXES:
+            labelled = dict(images).get(LABELLED)
+            numbers = self._numbered(view, LABELLED) if labelled is None else labelled
+            images += boxes_of(app, view, self.config, tick.poses, numbers, wanted).items()
+        return pose, images
 
     def _look(
         self, world: CastWorld, tick: Tick, lines: LineExposure | None, *, normals: bool, spots: bool
@@ -126,9 +180,9 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
         seen = world, self._rays, self.config, pose, tick.poses, self.exclude
         return pose, look(*seen, normals=normals, spots=spots, lines=lines)
 
-    def _images(self, view: View, tick: Tick) -> list[tuple[str, np.ndarray]]:
-        """The channels in demand, each with a row for every pixel."""
-        wanted, hits = self.channels(), view.hits
+    def _images(self, view: View, tick: Tick, wanted: frozenset[str]) -> list[tuple[str, np.ndarray]]:
+        """Channels in demand, each with a row for every pixel."""
+        hits = view.hits
         found: list[tuple[str, np.ndarray]] = []
         if "distance_to_camera" in wanted:
             found.append(("distance_to_camera", hits.distance))
@@ -146,12 +200,12 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
         hits = view.hits
         return self._numbers.of(entities_of(self._app, name).numbers, name, hits.surface_of, hits.number)
 
-    def _lit(self, light: np.ndarray) -> list[tuple[str, np.ndarray]]:
-        """The channels in demand that hold light [nit]."""
+    def _lit(self, light: np.ndarray, wanted: frozenset[str]) -> list[tuple[str, np.ndarray]]:
+        """Channels in demand that hold light [nit]."""
         found: list[tuple[str, np.ndarray]] = []
-        if HDR in self.channels():
+        if HDR in wanted:
             found.append((HDR, np.clip(light, 0, MOST_HALF).astype(np.float16)))
-        if RGB in self.channels():
+        if RGB in wanted:
             signal = light * np.float32(self.config.exposure)
             if self._app.fidelity.camera_noise:
                 signal = self.config.noise.applied(signal, self._app.seed, self.path, self._frames)

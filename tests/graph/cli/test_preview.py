@@ -63,7 +63,7 @@ def test_pictures_of_an_earlier_run_are_replaced_and_other_files_stay(tmp_path, 
 
 
 def test_a_product_that_is_made_again_after_a_stop_is_followed_and_its_frames_count_on(tmp_path, file):
-    """Two plays of half a second, a picture each second from the start of each: the graph makes its products anew."""
+    """Two plays of half a second, a picture a second from the start of each; each makes the products again."""
     with App.from_file(file) as app:
         pictures = Previews(app, tmp_path, Fraction(1))
         for _ in range(2):
