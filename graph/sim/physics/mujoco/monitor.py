@@ -146,8 +146,10 @@ class Monitor:
         if not tumbling.bodies:
             self._tumbling = None
             return
-        model = self._engine.model
-        worst = tumbling.worst(model, self._engine.data)
+        model, data = self._engine.model, self._engine.data
+        if tumbling.slow(model, data):
+            return
+        worst = tumbling.worst(model, data)
         if worst.share > LOST:
             self._tumbling = None
             much = f"{min(worst.share, 10.0 if worst.grows else 1.0):.0%} a second"
