@@ -235,15 +235,16 @@ class Scanner:
             part.memory.forget()
         if shot.moves is not None:
             aim = moving_aim(shot.pose, shot.moves, columns, origins, world)
-            for axis in range(3):
-                table[:, 3 + axis] = world[axis]
+            _write(table, world)
             part.turned_by = None
             part.memory.forget()
             return aim, swing + shot.moves.swing(shot.pose)
         rotation = shot.pose[:3, :3]
         key = rotation.tobytes() if exact else None
         if key is None or key != part.turned_by:
-            self._turn(table, world, columns, rotation.astype(np.float32))
+            # Each direction by itself, so that those of a slice have the bytes that they have in the whole.
+            np.einsum("ij,jn->in", rotation.astype(np.float32), columns, out=world)
+            _write(table, world)
             part.turned_by = key
             part.memory.forget()
         offsets = None if origins is None else turned_back(origins, rotation.T.astype(np.float32))
@@ -291,19 +292,6 @@ class Scanner:
         origins = noise.origins(rows, shot.turn)
         return (columns, origins, 0.0, True) if off is None else (off[0], origins, off[1], False)
 
-    def _turn(self, table: np.ndarray, world: np.ndarray, columns: np.ndarray, rotation: np.ndarray) -> None:
-        """Writes world directions into the table, by columns, so that a slice has the bytes it has in the whole."""
-        x, y, z = columns
-        term = self._term[: len(table)]
-        for axis in range(3):
-            column = world[axis]
-            np.multiply(x, rotation[axis, 0], out=column)
-            np.multiply(y, rotation[axis, 1], out=term)
-            column += term
-            np.multiply(z, rotation[axis, 2], out=term)
-            column += term
-            table[:, 3 + axis] = column
-
     def _grid_of(self, part: _Part, rows: slice) -> tuple[RayGrid, int]:
         """The grid that finds the rays of a slice, and the number of its first ray there."""
         part.casts += 1
@@ -333,3 +321,9 @@ class Scanner:
         valid = distance >= near
         valid &= distance <= far
         return np.asarray(valid)
+
+
+def _write(table: np.ndarray, directions: np.ndarray) -> None:
+    """Writes directions (3, n) into a table of rays."""
+    for axis in range(3):
+        table[:, 3 + axis] = directions[axis]

@@ -49,8 +49,8 @@ def cast_alone(
             form, body = Forms([solid.form]), world.body_of[number]
             pose = poses[body][None] if body >= 0 and poses is not None else None
             every = np.arange(len(table))
-            rows, length = form.seen_from(rays.origin, pose).meet(every, np.zeros_like(every), ways, offsets)
-            nearest[rows] = np.minimum(nearest[rows], length.astype(np.float32))
+            met = form.seen_from(rays.origin, pose).meet(every, np.zeros_like(every), ways, offsets)
+            nearest[met.rows] = np.minimum(nearest[met.rows], met.length.astype(np.float32))
         if isinstance(world.surfaces[number], Plane):
             origin, normal = world.plane(number, poses)
             height = float((rays.origin - origin) @ normal)

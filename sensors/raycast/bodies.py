@@ -11,10 +11,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .moving import Moving
-from .near import NEAR_RAD, NearMeshes
+from .near import NEAR_RAD, Moving, NearMeshes
 from .nearest import Nearest, turn_each
-from .places import Bounds, Places, windows
+from .places import Places, windows
 from .rays import RayBundle
 from .triangles import TriangleScene
 
@@ -35,19 +34,20 @@ FEW_RAYS = 10_000
 
 
 class MovingMeshes:
-    """The scene of all moving meshes; copies of one mesh (`Mesh.unique_key`) share a cell."""
+    """The scene of all moving meshes; copies of one mesh (`Mesh.unique_key`) share a cell.
+
+    surfaces, bodies: (m,), the surface number of each and its body's; boxes: (m, 2, 3) [m] around them and radii: (m,)
+    [m] of spheres about the boxes' centres, in the frames of the bodies.
+    """
 
     def __init__(self, moving: Sequence[Moving]) -> None:
         self.surfaces = np.array([entry.surface for entry in moving], np.uint32)
         self.bodies = np.array([entry.body for entry in moving], np.intp)
-        boxes = np.array([(entry.mesh.vertices.min(axis=0), entry.mesh.vertices.max(axis=0)) for entry in moving])
-        centre = boxes.mean(axis=1)
-        radii = [
-            np.sqrt(((entry.mesh.vertices - at) ** 2).sum(axis=1).max())
-            for entry, at in zip(moving, centre, strict=True)
-        ]
+        points = [entry.mesh.vertices for entry in moving]
+        self.boxes = np.array([(each.min(axis=0), each.max(axis=0)) for each in points])
+        centre = self.boxes.mean(axis=1)
+        radii = [np.sqrt(((each - at) ** 2).sum(axis=1).max()) for each, at in zip(points, centre, strict=True)]
         self.radii = np.array(radii) * (1 + 1e-6) + 1e-6
-        self._bounds = Bounds(boxes, self.radii, self.bodies)
         self._lengths = self.radii.astype(np.float32)
         self._near = NearMeshes(moving)
         if not self._near.all_few:  # otherwise all are gathered
@@ -80,60 +80,72 @@ class MovingMeshes:
         self._counts = np.array([len(entry.mesh.triangles) for entry in moving], np.uint32)
         self._scene = TriangleScene(np.concatenate(vertices), np.concatenate(triangles))
 
-    def cast(
+    def cast_together(
+        self, rays: RayBundle, kept: np.ndarray, anchor: np.ndarray, poses: np.ndarray, threads: int, nearest: Nearest
+    ) -> bool:
+        """Adds hits of all rays with the meshes kept (m,) bool, if these are few and small; whether that was done."""
+        if not self.few or not (rays.parts or len(rays.table) <= FEW_RAYS):
+            return False
+        if kept.any():
+            self._near.cast(rays, None, np.flatnonzero(kept), anchor, poses, threads, nearest)
+        return True
+
+    def cast_near(
         self,
         rays: RayBundle,
+        places: Places,
+        seen: np.ndarray,
+        kept: np.ndarray,
         anchor: np.ndarray,
         poses: np.ndarray,
-        skip: np.ndarray | None,
         threads: int,
         nearest: Nearest,
-    ) -> None:
-        """Adds hits with the bodies at `poses` (b, 4, 4) float64 [m]; skip: (m,) bool, meshes that are left out."""
-        if self._near.all_few and (rays.parts or len(rays.table) <= FEW_RAYS):
-            which = np.arange(len(self.bodies)) if skip is None else np.flatnonzero(~skip)
-            if len(which):
-                self._near.cast(rays, None, which, anchor, poses, threads, nearest)
-            return
-        rotations = poses[self.bodies, :3, :3]
-        places = self._bounds.places(rays, poses)
-        seen = places.distance - places.radius <= rays.reach
-        if skip is not None:
-            seen &= ~skip
+    ) -> np.ndarray:
+        """Adds hits with the meshes seen (m,) bool that are small and near (see `near`); which these are, (m,) bool."""
         near = seen & self._near.small
         if not self._near.few:
             near &= places.half > NEAR_RAD
         if near.any():
             around = places.half[near].max() > ALL_ROUND_RAD
             near_windows = None if around else windows(rays, places, np.flatnonzero(near))
-            gathered = near if not self._near.few else self._near.small if skip is None else self._near.small & ~skip
-            self._near.cast(rays, near_windows, np.flatnonzero(gathered), anchor, poses, threads, nearest)
-            seen &= ~near
-        if not seen.any():
-            return
-        index, owner = windows(rays, places, np.flatnonzero(seen))
-        before = (places.distance - places.radius - 1e-3).astype(np.float32)
-        ahead = np.flatnonzero(np.take(nearest.distance, index) > np.take(before, owner))  # a former hit stays
-        index, owner = index[ahead], owner[ahead]
+            gathered = np.flatnonzero(self._near.small & kept if self._near.few else near)
+            self._near.cast(rays, near_windows, gathered, anchor, poses, threads, nearest)
+        return near
+
+    def cast(
+        self,
+        rays: RayBundle,
+        index: np.ndarray,
+        owner: np.ndarray,
+        places: Places,
+        poses: np.ndarray,
+        threads: int,
+        nearest: Nearest,
+    ) -> None:
+        """Adds hits of the rays `index` (k,), each in the cell of the mesh `owner` (k,), ascending.
+
+        poses: (b, 4, 4) float64 [m] of the bodies.
+        """
         if not len(index):
             return
+        rotations = poses[self.bodies, :3, :3]
         turns = np.ascontiguousarray(np.moveaxis(rotations, 0, -1), np.float32)
         local, entry = self._into_cells(rays, index, owner, places, rotations, turns)
         found = self._scene.cast(local, threads, uv=nearest.with_spots)
         own = np.flatnonzero(found.distance <= BEYOND)
         if rays.offsets is not None:  # a ray with its own origin may start in the cell of another mesh, and meet that
-            place = np.take(found.triangle, own) - np.take(self._begins, owner[own])  # below its begin it wraps around
-            own = own[place < np.take(self._counts, owner[own])]
+            place = found.triangle.take(own) - self._begins.take(owner[own])  # below its begin it wraps around
+            own = own[place < self._counts.take(owner[own])]
         index, owner = index[own], owner[own]
-        distance = (found.distance[own] + entry[own]) * np.take(self._lengths, owner)
+        distance = (found.distance[own] + entry[own]) * self._lengths.take(owner)
 
         def normals(rows: np.ndarray) -> np.ndarray:
-            return turn_each(np.take(found.normals, own[rows], axis=0), turns, owner[rows])
+            return turn_each(found.normals.take(own[rows], axis=0), turns, owner[rows])
 
         def spots(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             assert found.uv is not None
-            triangle = np.take(found.triangle, own[rows]) - np.take(self._begins, owner[rows])
-            return triangle, np.take(found.uv, own[rows], axis=0)
+            triangle = found.triangle.take(own[rows]) - self._begins.take(owner[rows])
+            return triangle, found.uv.take(own[rows], axis=0)
 
         nearest.add_some(index, distance, self.surfaces[owner], normals, spots)
 
@@ -155,10 +167,10 @@ class MovingMeshes:
         frames = np.concatenate([towards.T, shift.T, 1 / self.radii[None], turns.reshape(9, -1)], dtype=np.float32)
         each = np.repeat(frames, np.bincount(owner, minlength=len(self.radii)), axis=1)  # much faster than by number
         way, at, scale, turn = each[:3], each[3:6], each[6], each[7:].reshape(3, 3, -1)
-        directions = np.take(rays.directions, index, axis=1)
+        directions = rays.directions.take(index, axis=1)
         entry = _dot(way, directions)  # to the point nearest to the mesh's centre
         if rays.offsets is not None:
-            offsets = np.take(rays.offsets, index, axis=0, mode="clip").T * scale
+            offsets = rays.offsets.take(index, axis=0, mode="clip").T * scale
             entry -= _dot(directions, offsets)
         entry -= np.float32(BEFORE)
         np.maximum(entry, np.float32(0), out=entry)

@@ -40,22 +40,21 @@ class Enclosed:
         if not len(rows):
             return
         forms = self._forms.seen_from(rays.origin)
-        hits: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
+        hits: list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]] = []
         for _ in range(MOST_STEPS):
             rows, owner = self._by_solid(rows, found.triangle)
-            met, length = forms.meet(rows, owner, rays.directions, rays.offsets)
-            hits.append((rows[met], owner[met], length))
+            met = forms.meet(rows, owner, rays.directions, rays.offsets)
+            hits.append((rows[met.rows], met.owner, met.length, met.point))
             passed = np.ones(len(rows), bool)
-            passed[met] = False
+            passed[met.rows] = False
             rows = self._go_on(scene, rays, found, rows[passed], threads)
             if not len(rows):
                 break
         found.distance[rows], found.triangle[rows], found.normals[rows] = np.inf, NOTHING, 0.0
-        rows, owner, length = (np.concatenate(each) for each in zip(*hits, strict=True))
-        order = np.argsort(owner, kind="stable")
-        rows, owner, length = rows[order], owner[order], length[order]
+        rows, owner, length, point = (np.concatenate(each, axis=-1) for each in zip(*hits, strict=True))
         found.distance[rows] = length
-        found.normals[rows] = forms.normals(rows, owner, length, rays.directions, rays.offsets)
+        order = np.argsort(owner, kind="stable")
+        found.normals[rows[order]] = forms.normals(owner[order], point[:, order])
 
     def _by_solid(self, rows: np.ndarray, triangle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rows of rays that hit triangles of solids, and the solids, sorted by these."""

@@ -6,7 +6,8 @@ stays the same. Origins are subtracted in float64 first, so a range is as exact 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,14 +18,11 @@ from .triangles import SKIN
 BLOCK = 8192
 """Rays that are computed together, so that their numbers stay in the cache."""
 
-ROUND = 1e-9
-"""Relative difference of its scales up to which a ball is a sphere."""
-
 SEAM = 1e-12
 """Tolerance where two pieces of a surface join, so that no ray passes between them."""
 
-Rows = tuple[np.ndarray, np.ndarray]
-"""Rows of rays that meet a solid, and where: t (k,) float64."""
+Span = tuple[np.ndarray, np.ndarray]
+"""From where to where lines are inside a convex solid, (k,) float64; empty or NaN for those that never are."""
 
 
 class Forms:
@@ -36,7 +34,7 @@ class Forms:
     def __init__(self, forms: Sequence[ClosedForm]) -> None:
         kinds = np.array([_number(form) for form in forms], np.intp)
         self.order = np.argsort(kinds, kind="stable")
-        self._ends = np.searchsorted(kinds[self.order], np.arange(len(_COLUMNS) + 1))
+        self._ends = np.searchsorted(kinds[self.order], np.arange(len(_KINDS) + 1))
         frames = np.array([forms[at].frame for at in self.order])
         self._inverse = np.linalg.inv(frames[:, :3, :3])
         self._centre = frames[:, :3, 3]
@@ -62,80 +60,83 @@ class PlacedForms:
     def __init__(
         self, inverse: np.ndarray, centre: np.ndarray, low: np.ndarray, high: np.ndarray, ends: np.ndarray
     ) -> None:
-        self._ends = ends
-        # By columns: the origin in the solid's frame (0 to 2), the inverse (3 to 11), low, high (12, 13); for a sphere
-        # its centre (0 to 2), its squared radius (3) and the origin's power with respect to it (4).
+        self._ends, self._sizes = ends, np.stack([low, high])
+        # By columns: the origin in the solid's frame (0 to 2), and the inverse (3 to 11).
         start = -(inverse @ centre[:, :, None])[:, :, 0]
-        self._table = np.concatenate([start.T, inverse.reshape(-1, 9).T, low[None], high[None]])
-        spheres = slice(ends[0], ends[1])
-        middle = centre[spheres]
-        square = 1.0 / (inverse[spheres, 0] ** 2).sum(axis=1)
-        self._table[:3, spheres], self._table[3, spheres] = middle.T, square
-        self._table[4, spheres] = (middle * middle).sum(axis=1) - square
+        self._table = np.concatenate([start.T, inverse.reshape(-1, 9).T])
 
-    def meet(self, index: np.ndarray, owner: np.ndarray, directions: np.ndarray, offsets: np.ndarray | None) -> Rows:
-        """Where rays meet the solids that are tried for them: rows of the pairs that do, and t [lengths of d].
+    def meet(self, index: np.ndarray, owner: np.ndarray, directions: np.ndarray, offsets: np.ndarray | None) -> Met:
+        """Where rays meet the solids that are tried for them.
 
         index, owner: (k,) the ray and the solid of each pair, sorted by solid. directions: (3, n) float32 of all rays;
         offsets: (n, 3) float32 [m] of their origins from the solids' one. A ray that leaves a solid within `SKIN` of
         its origin started on its surface, and does not meet it there.
         """
-        rows, ways = [np.zeros(0, np.intp)], [np.zeros(0)]
-        for number, part, each in self._blocks(owner):
-            found, length = _MEET[number](each, *_rays(index[part], directions, offsets))
-            rows.append(found + part.start)
-            ways.append(length)
-        return np.concatenate(rows), np.concatenate(ways)
+        found = [(np.zeros(0, np.intp), np.zeros(0), np.zeros((3, 0)))]
+        for low, high, pairs, counts in self._blocks(owner):
+            table = np.repeat(self._table[:, low:high], counts, axis=1)
+            turn, start = table[3:].reshape(3, 3, -1), table[:3]
+            ahead = _turned(turn, directions.take(index[pairs], axis=1).astype(np.float64))
+            if offsets is not None:
+                start += _turned(turn, offsets.take(index[pairs], axis=0).T.astype(np.float64))
+            enter, leave = np.empty((2, len(ahead[0])))
+            with np.errstate(all="ignore"):
+                for number, some in self._by_kind(owner[pairs]):
+                    sizes = self._sizes.take(owner[pairs][some], axis=1) if number in _SIZED else None
+                    enter[some], leave[some] = _SPAN[number](start[:, some], ahead[:, some], sizes)
+                rows, length = _ahead(enter, leave)
+            point = ahead.take(rows, axis=1) * length
+            point += start.take(rows, axis=1)
+            found.append((rows + pairs.start, length, point))
+        rows, length, point = (np.concatenate(each, axis=-1) for each in zip(*found, strict=True))
+        return Met(self, rows, length, owner.take(rows), point)
 
-    def normals(
-        self,
-        index: np.ndarray,
-        owner: np.ndarray,
-        length: np.ndarray,
-        directions: np.ndarray,
-        offsets: np.ndarray | None,
-    ) -> np.ndarray:
-        """(k, 3) float32 unit normals, outwards, world axes, where rays meet solids after `length` (k,) float64.
+    def normals(self, owner: np.ndarray, point: np.ndarray) -> np.ndarray:
+        """(k, 3) float32 unit normals, outwards, world axes, at points (3, k) in the frames of solids (k,), sorted."""
+        local = np.empty_like(point)
+        for number, some in self._by_kind(owner):
+            sizes = self._sizes.take(owner[some], axis=1) if number in _SIZED else None
+            local[:, some] = _NORMAL[number](point[:, some], sizes)
+        turn = self._table[3:].take(owner, axis=1).reshape(3, 3, -1)
+        normal = _turned(np.swapaxes(turn, 0, 1), local)
+        normal /= np.sqrt(_dot(normal, normal))
+        return np.asarray(normal.T.astype(np.float32))
 
-        index, owner: as for `meet`, sorted by solid.
-        """
-        out = np.empty((len(index), 3), np.float32)
-        for number, part, each in self._blocks(owner):
-            normal = _NORMAL[number](each, *_rays(index[part], directions, offsets), length[part])
-            normal /= np.sqrt(_dot(normal, normal))
-            out[part] = normal.T
-        return out
-
-    def _blocks(self, owner: np.ndarray) -> Iterator[tuple[int, slice, np.ndarray]]:
-        """Runs of pairs with solids of one kind: its number, the pairs, and the columns of the table for each."""
+    def _blocks(self, owner: np.ndarray) -> Iterator[tuple[int, int, slice, np.ndarray]]:
+        """Runs of solids with about `BLOCK` pairs: from, to, the pairs, and how many each solid has."""
         counts = np.bincount(owner, minlength=self._table.shape[1])
         before = np.concatenate([[0], np.cumsum(counts)])
-        for number, columns in enumerate(_COLUMNS):
-            low, end = int(self._ends[number]), int(self._ends[number + 1])
-            while low < end and before[low] < before[end]:
-                high = int(np.searchsorted(before, before[low] + BLOCK, side="right")) - 1
-                high = min(max(high, low + 1), end)
-                if before[high] > before[low]:
-                    each = np.repeat(self._table[:columns, low:high], counts[low:high], axis=1)
-                    yield number, slice(int(before[low]), int(before[high])), each
-                low = high
+        low = 0
+        while before[low] < len(owner):
+            high = max(int(np.searchsorted(before, before[low] + BLOCK, side="right")) - 1, low + 1)
+            if before[high] > before[low]:
+                yield low, high, slice(int(before[low]), int(before[high])), counts[low:high]
+            low = high
+
+    def _by_kind(self, owner: np.ndarray) -> Iterator[tuple[int, slice]]:
+        """Runs of pairs, sorted by solid, whose solids are of one kind: its number, and the pairs."""
+        ends = np.searchsorted(owner, self._ends)
+        for number in np.flatnonzero(np.diff(ends)).tolist():
+            yield number, slice(int(ends[number]), int(ends[number + 1]))
 
 
-def _rays(
-    index: np.ndarray, directions: np.ndarray, offsets: np.ndarray | None
-) -> tuple[np.ndarray, np.ndarray | None]:
-    """Directions of some rays (3, k) float64, and offsets of their origins."""
-    way = np.take(directions, index, axis=1).astype(np.float64)
-    return way, None if offsets is None else np.take(offsets, index, axis=0).T.astype(np.float64)
+@dataclass(frozen=True, slots=True)
+class Met:
+    """Pairs of a ray and a solid that it meets.
 
+    rows: (k,) of those that were tried; length: (k,) float64 [lengths of the ray's direction] to the place; owner:
+    (k,) the solids, ascending; point: (3, k) float64, the places in the frames of the solids.
+    """
 
-def _into_frame(each: np.ndarray, way: np.ndarray, off: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-    """Origins and directions (3, k) of rays in the frames of their solids."""
-    turn = each[3:12].reshape(3, 3, -1)
-    start = each[:3]
-    if off is not None:
-        start = start + _turned(turn, off)
-    return start, _turned(turn, way)
+    forms: PlacedForms
+    rows: np.ndarray
+    length: np.ndarray
+    owner: np.ndarray
+    point: np.ndarray
+
+    def normals(self, some: np.ndarray) -> np.ndarray:
+        """(m, 3) float32 unit normals, outwards, world axes, of some of the pairs, in ascending order."""
+        return self.forms.normals(self.owner.take(some), self.point.take(some, axis=1))
 
 
 def _turned(turn: np.ndarray, vectors: np.ndarray) -> np.ndarray:
@@ -152,39 +153,20 @@ def _dot(one: np.ndarray, two: np.ndarray) -> np.ndarray:
     return np.asarray(out)
 
 
-def _ahead(enter: np.ndarray, leave: np.ndarray) -> Rows:
-    """Of the interval that each line has inside a convex solid (empty or NaN without), the end that its ray meets."""
-    with np.errstate(invalid="ignore"):
-        rows = np.flatnonzero((leave >= enter) & (leave >= 0))
-    enter, leave = enter[rows], leave[rows]
-    inside = np.flatnonzero(enter < 0)
+def _ahead(enter: np.ndarray, leave: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rows of the spans that have an end ahead, and the end that the ray meets first."""
+    rows = np.flatnonzero((leave >= enter) & (leave >= 0))
+    length, leave = enter.take(rows), leave.take(rows)
+    inside = np.flatnonzero(length < 0)
     if len(inside):
-        length = enter
         length[inside] = np.where(leave[inside] >= SKIN, leave[inside], np.inf)
         met = np.flatnonzero(np.isfinite(length))
         return rows[met], length[met]
-    return rows, enter
+    return rows, length
 
 
-def _sphere(each: np.ndarray, way: np.ndarray, off: np.ndarray | None) -> Rows:
-    """a t^2 - 2 b t + c = 0, with a = d.d, b = m.d and c = m.m - r^2, for the centre at m from the ray's origin."""
-    middle, power = each[:3], each[4]
-    if off is not None:
-        middle = middle - off
-        power = _dot(middle, middle) - each[3]
-    a, b = _dot(way, way), _dot(middle, way)
-    square = b * b
-    square -= a * power
-    rows = np.flatnonzero(square >= 0)
-    a, b, root = a[rows], b[rows], np.sqrt(square[rows])
-    met, length = _ahead((b - root) / a, (b + root) / a)
-    return rows[met], length
-
-
-def _ball(each: np.ndarray, way: np.ndarray, off: np.ndarray | None) -> Rows:
-    start, ahead = _into_frame(each, way, off)
-    with np.errstate(all="ignore"):
-        return _ahead(*_within(_dot(ahead, ahead), _dot(start, ahead), _dot(start, start) - 1.0))
+def _ball(start: np.ndarray, ahead: np.ndarray, sizes: np.ndarray | None) -> Span:
+    return _within(_dot(ahead, ahead), _dot(start, ahead), _dot(start, start) - 1.0)
 
 
 def _within(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -200,10 +182,9 @@ def _within(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, np
     return root, leave
 
 
-def _box(each: np.ndarray, way: np.ndarray, off: np.ndarray | None) -> Rows:
-    start, ahead = _into_frame(each, way, off)
+def _box(start: np.ndarray, ahead: np.ndarray, sizes: np.ndarray | None) -> Span:
     enter, leave = _slab(start, ahead)
-    return _ahead(enter.max(axis=0), leave.min(axis=0))
+    return enter.max(axis=0), leave.min(axis=0)
 
 
 def _slab(start: np.ndarray, ahead: np.ndarray, half: np.ndarray | float = 1.0) -> tuple[np.ndarray, np.ndarray]:
@@ -218,12 +199,11 @@ def _slab(start: np.ndarray, ahead: np.ndarray, half: np.ndarray | float = 1.0) 
     return np.negative(middle, out=middle), leave
 
 
-def _cylinder(each: np.ndarray, way: np.ndarray, off: np.ndarray | None) -> Rows:
-    (x, y, z), (u, v, w) = _into_frame(each, way, off)
-    with np.errstate(all="ignore"):
-        enter, leave = _within(u * u + v * v + 1e-300, x * u + y * v, x * x + y * y - 1.0)
-        first, last = _slab(z, w)
-        return _ahead(np.maximum(enter, first), np.minimum(leave, last))
+def _cylinder(start: np.ndarray, ahead: np.ndarray, sizes: np.ndarray | None) -> Span:
+    (x, y, z), (u, v, w) = start, ahead
+    enter, leave = _within(u * u + v * v + 1e-300, x * u + y * v, x * x + y * y - 1.0)
+    first, last = _slab(z, w)
+    return np.maximum(enter, first), np.minimum(leave, last)
 
 
 def _quadratic(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -232,74 +212,65 @@ def _quadratic(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> tuple[np.ndarray,
     return q / a, c / q
 
 
-def _frustum(each: np.ndarray, way: np.ndarray, off: np.ndarray | None) -> Rows:
+def _frustum(start: np.ndarray, ahead: np.ndarray, sizes: np.ndarray | None) -> Span:
     """The side x^2 + y^2 = (m + n z)^2 between the ends at z = -1 and 1, and the ends' discs."""
-    start, ahead = _into_frame(each, way, off)
-    low, high = each[12], each[13]
+    assert sizes is not None
+    low, high = sizes
     m, n = (low + high) / 2, (high - low) / 2
     (x, y, z), (u, v, w) = start, ahead
     level = m + n * z
-    with np.errstate(all="ignore"):
-        side = _quadratic(u * u + v * v - (n * w) ** 2, x * u + y * v - n * w * level, x * x + y * y - level * level)
-        found = [np.where(np.abs(z + t * w) <= 1 + SEAM, t, np.nan) for t in side]
-        for end, radius in ((-1.0, low), (1.0, high)):
-            t = (end - z) / w
-            found.append(np.where((x + t * u) ** 2 + (y + t * v) ** 2 <= (radius * radius) * (1 + SEAM), t, np.nan))
-        enter = leave = found[0]
-        for one in found[1:]:
-            enter, leave = np.fmin(enter, one), np.fmax(leave, one)
-        return _ahead(enter, leave)
+    side = _quadratic(u * u + v * v - (n * w) ** 2, x * u + y * v - n * w * level, x * x + y * y - level * level)
+    found = [np.where(np.abs(z + t * w) <= 1 + SEAM, t, np.nan) for t in side]
+    for end, radius in ((-1.0, low), (1.0, high)):
+        t = (end - z) / w
+        found.append(np.where((x + t * u) ** 2 + (y + t * v) ** 2 <= (radius * radius) * (1 + SEAM), t, np.nan))
+    enter = leave = found[0]
+    for one in found[1:]:
+        enter, leave = np.fmin(enter, one), np.fmax(leave, one)
+    return enter, leave
 
 
-def _capsule(each: np.ndarray, way: np.ndarray, off: np.ndarray | None) -> Rows:
+def _capsule(start: np.ndarray, ahead: np.ndarray, sizes: np.ndarray | None) -> Span:
     """The union of a cylinder and a ball at each of its ends, which is convex."""
-    (x, y, z), (u, v, w) = _into_frame(each, way, off)
-    low, high = each[12:]
-    with np.errstate(all="ignore"):
-        across, along, beside = u * u + v * v, x * u + y * v, x * x + y * y - 1.0
-        side, slab = _within(across + 1e-300, along, beside), _slab(z, w, high)
-        enter, leave = np.maximum(side[0], slab[0]), np.minimum(side[1], slab[1])
-        empty = ~(enter <= leave)
-        enter[empty] = leave[empty] = np.nan
-        across += w * w
-        for end in (low, high):
-            over = z - end
-            first, last = _within(across, along + over * w, beside + over * over)
-            enter, leave = np.fmin(enter, first), np.fmax(leave, last)
-        return _ahead(enter, leave)
+    assert sizes is not None
+    (x, y, z), (u, v, w) = start, ahead
+    low, high = sizes
+    across, along, beside = u * u + v * v, x * u + y * v, x * x + y * y - 1.0
+    side, slab = _within(across + 1e-300, along, beside), _slab(z, w, high)
+    enter, leave = np.maximum(side[0], slab[0]), np.minimum(side[1], slab[1])
+    empty = ~(enter <= leave)
+    enter[empty] = leave[empty] = np.nan
+    across += w * w
+    for end in (low, high):
+        over = z - end
+        first, last = _within(across, along + over * w, beside + over * over)
+        enter, leave = np.fmin(enter, first), np.fmax(leave, last)
+    return enter, leave
 
 
-def _sphere_normal(each: np.ndarray, way: np.ndarray, off: np.ndarray | None, length: np.ndarray) -> np.ndarray:
-    out = length * way
-    out -= each[:3] if off is None else each[:3] - off
-    return np.asarray(out)
-
-
-def _in_frame(normal: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Normal:
-    """The normals in the world of solids from those at points (3, k) of their own frames."""
-
-    def turned(each: np.ndarray, way: np.ndarray, off: np.ndarray | None, length: np.ndarray) -> np.ndarray:
-        start, ahead = _into_frame(each, way, off)
-        ahead *= length
-        ahead += start
-        return _turned(np.swapaxes(each[3:12].reshape(3, 3, -1), 0, 1), normal(ahead, each[12:]))
-
-    return turned
-
-
-def _ball_normal(point: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+def _ball_normal(point: np.ndarray, sizes: np.ndarray | None) -> np.ndarray:
     return point
 
 
-def _box_normal(point: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+def _box_normal(point: np.ndarray, sizes: np.ndarray | None) -> np.ndarray:
     away = np.abs(point)
     return np.asarray(np.where(away == away.max(axis=0), np.sign(point), 0.0))
 
 
-def _frustum_normal(point: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    (x, y, z), (low, high) = point, sizes
+def _cylinder_normal(point: np.ndarray, sizes: np.ndarray | None) -> np.ndarray:
+    return _side_or_end(point, 1.0, 0.0)
+
+
+def _frustum_normal(point: np.ndarray, sizes: np.ndarray | None) -> np.ndarray:
+    assert sizes is not None
+    low, high = sizes
     slope = (high - low) / 2
-    radius = (low + high) / 2 + slope * z
+    return _side_or_end(point, (low + high) / 2 + slope * point[2], slope)
+
+
+def _side_or_end(point: np.ndarray, radius: np.ndarray | float, slope: np.ndarray | float) -> np.ndarray:
+    """Normals of a frustum, by the surface that is nearer to each point; radius: of the side at its height."""
+    x, y, z = point
     level = np.hypot(x, y)
     on_end = (np.abs(1 - np.abs(z)) < np.abs(level - radius)) | (level == 0)
     normal = np.stack([x, y, -slope * level])
@@ -308,27 +279,21 @@ def _frustum_normal(point: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     return normal
 
 
-def _capsule_normal(point: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+def _capsule_normal(point: np.ndarray, sizes: np.ndarray | None) -> np.ndarray:
+    assert sizes is not None
     (x, y, z), (low, high) = point, sizes
     return np.stack([x, y, z - np.clip(z, low, high)])
 
 
-Normal = Callable[[np.ndarray, np.ndarray, "np.ndarray | None", np.ndarray], np.ndarray]
-
-_KINDS = ("sphere", "ball", "box", "cylinder", "frustum", "capsule")
-_MEET = (_sphere, _ball, _box, _cylinder, _frustum, _capsule)
-_NORMAL: tuple[Normal, ...] = (
-    _sphere_normal,
-    *map(_in_frame, (_ball_normal, _box_normal, _frustum_normal, _frustum_normal, _capsule_normal)),
-)
-_COLUMNS = (5, 12, 12, 14, 14, 14)
+_KINDS = ("ball", "box", "cylinder", "frustum", "capsule")
+_SPAN = (_ball, _box, _cylinder, _frustum, _capsule)
+_NORMAL = (_ball_normal, _box_normal, _cylinder_normal, _frustum_normal, _capsule_normal)
+_SIZED = (3, 4)
+"""Kinds for which `low` and `high` matter."""
 
 
 def _number(form: ClosedForm) -> int:
-    """The place of a form in these tables; a sphere is a ball of one scale, a cylinder a frustum of one radius."""
-    if form.kind == "ball":
-        scales = np.linalg.svd(form.frame[:3, :3], compute_uv=False)
-        return _KINDS.index("sphere" if scales[0] - scales[-1] <= ROUND * scales[0] else "ball")
+    """The place of a form in these tables; a cylinder is a frustum of one radius."""
     return _KINDS.index("cylinder" if form.kind == "frustum" and form.low == form.high else form.kind)
 
 

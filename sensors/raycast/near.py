@@ -9,6 +9,7 @@ rays or on other casts.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,7 +20,7 @@ from .rays import RayBundle
 from .triangles import TriangleScene
 
 if TYPE_CHECKING:
-    from .moving import Moving
+    from graph.sim.geometry.collect import Mesh
 
 NEAR_RAD = np.deg2rad(20.0)
 """Half of a mesh's angular size, from which on it is near."""
@@ -35,6 +36,15 @@ NEAR_ANCHOR_M = 64.0
 
 FULL_CAST = 0.6
 """Fraction of the rays from which on selecting them costs more than casting them all."""
+
+
+@dataclass(frozen=True, slots=True)
+class Moving:
+    """A moving mesh, its surface number and its body's."""
+
+    mesh: Mesh
+    surface: int
+    body: int
 
 
 class _Layout:

@@ -70,8 +70,8 @@ class Nearest:
             self._distance, self._number = self._distance.copy(), self._number.copy()
             self._normals = self._normals.copy() if self._with_normals else None
         if self.with_spots and found.uv is not None:
-            surface = np.take(self._surface_of, found.triangle, mode="clip")
-            start = np.take(self._starts, surface, mode="clip")
+            surface = self._surface_of.take(found.triangle, mode="clip")
+            start = self._starts.take(surface, mode="clip")
             triangle = np.where(found.triangle == NOTHING, NOTHING, found.triangle - start)
             self._spots = Spots(triangle, found.uv.copy() if kept else found.uv)
 
@@ -103,16 +103,16 @@ class Nearest:
         normals: gives the unit normals (m, 3), world axes, of some of them, in ascending order; spots: their triangles
         and uv (`Spots`).
         """
-        rows = np.flatnonzero(distance < np.take(self.distance, index))
-        distance, index = np.take(distance, rows), np.take(index, rows)
+        rows = np.flatnonzero(distance < self.distance.take(index))
+        distance, index = distance.take(rows), index.take(rows)
         if once:
             self.distance[index] = distance
         else:
             np.minimum.at(self.distance, index, distance)
-            won = np.flatnonzero(distance == np.take(self.distance, index))
-            index, rows = np.take(index, won), np.take(rows, won)
+            won = np.flatnonzero(distance == self.distance.take(index))
+            index, rows = index.take(won), rows.take(won)
         last_first = slice(None, None, -1)  # of equals the first is written last
-        self._mark(index[last_first], np.take(surfaces, rows[last_first]))
+        self._mark(index[last_first], surfaces.take(rows[last_first]))
         if self._with_normals:
             assert self._normals is not None
             self._normals[index[last_first]] = normals(rows)[last_first]

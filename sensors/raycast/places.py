@@ -25,6 +25,10 @@ class Places:
     radius: np.ndarray
     half: np.ndarray
 
+    def some(self, rows: slice) -> Places:
+        """Those of some of the surfaces."""
+        return Places(self.towards[rows], self.distance[rows], self.radius[rows], self.half[rows])
+
 
 class Bounds:
     """Boxes (m, 2, 3) [m] around m moving surfaces, and spheres about the boxes' centres; in the frames of bodies.

@@ -69,20 +69,20 @@ class RayGrid:
         bands = np.maximum(last - first, 0)
         owner, band = np.repeat(np.arange(len(axes)), bands), _runs(first, bands)
         width = self._width(elevation, half, owner, band)
-        centre = np.take(azimuth, owner)
+        centre = azimuth.take(owner)
         low = _cell(centre - width)
         span = np.minimum(_cell(centre + width) - low, COLUMNS - 1)
         low = (low + COLUMNS // 2) % COLUMNS
         start, end = self._start[band, low], self._start[band, low + span + 1]
         rays = end - start
         counts = np.bincount(owner, rays, len(axes)).astype(np.intp)
-        return np.take(self._index, _runs(start, rays)), counts
+        return self._index.take(_runs(start, rays)), counts
 
     def _width(self, elevation: np.ndarray, half: np.ndarray, owner: np.ndarray, band: np.ndarray) -> np.ndarray:
         """Half the azimuth [deg] of the cone `owner` in a band: by the spherical law of cosines."""
-        within = np.minimum(np.take(half, owner) + np.take(self._reach, band) + np.deg2rad(MARGIN_DEG), np.pi)
-        above = np.cos(within) - np.take(np.sin(elevation), owner) * np.take(self._sine, band) - ROUNDING
-        cosine = above / (np.take(np.maximum(np.cos(elevation), 1e-12), owner) * np.take(self._cosine, band))
+        within = np.minimum(half.take(owner) + self._reach.take(band) + np.deg2rad(MARGIN_DEG), np.pi)
+        above = np.cos(within) - np.take(np.sin(elevation), owner) * self._sine.take(band) - ROUNDING
+        cosine = above / (np.take(np.maximum(np.cos(elevation), 1e-12), owner) * self._cosine.take(band))
         return np.asarray(np.rad2deg(np.arccos(np.clip(cosine, -1.0, 1.0))) + MARGIN_DEG)
 
 

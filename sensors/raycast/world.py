@@ -12,15 +12,13 @@ import numpy as np
 
 from graph.sim.geometry.collect import Mesh, Plane, Solid
 
-from .bodies import MovingMeshes
 from .enclosed import Enclosed, enclosing
-from .moving import Moving
-from .near import NEAR_ANCHOR_M
+from .moving import MovingSurfaces
+from .near import NEAR_ANCHOR_M, Moving
 from .nearest import Nearest
 from .planes import cast_plane
 from .rays import NO_SURFACE, Hits, RayBundle
 from .soft import PointsOf, SoftMeshes
-from .solids import MovingSolids
 from .triangles import TriangleHits, TriangleScene
 
 GRID_M = 1000.0
@@ -90,8 +88,7 @@ class CastWorld:
         self.soft = soft
         self._points, self._velocities = points, velocities
         self._soft = SoftMeshes(deforming, points) if deforming and points else None
-        self._moving = MovingMeshes(moving) if moving else None
-        self._solids = MovingSolids(solids) if solids else None
+        self._moving = MovingSurfaces(moving, solids) if moving or solids else None
         self.moving_surfaces = np.array([index for index, one, _ in rigid if isinstance(one, Mesh)], np.int32)
         self._planes = [(index, s) for index, s in enumerate(self.surfaces) if isinstance(s, Plane)]
 
@@ -132,10 +129,6 @@ class CastWorld:
         if self._moving is not None and body_poses is not None:
             skip = scenes.left_out(self._moving.surfaces)
             self._moving.cast(rays, anchor, body_poses, skip, threads, nearest)
-        if self._solids is not None and body_poses is not None:
-            skip = scenes.left_out(self._solids.surfaces)
-            for first, part in rays.each():
-                self._solids.cast(part, body_poses, skip, nearest.some(slice(first, first + len(part.table))))
         if self._soft is not None:
             self._soft.cast(rays, poses, scenes.skip, threads, nearest)
         return nearest.hits()
@@ -152,7 +145,7 @@ class CastWorld:
     @property
     def rays_go_everywhere(self) -> bool:
         """Whether the rays of several sensors may be cast together: nothing that moves needs rays of its own."""
-        return self._soft is None and (self._moving is None or self._moving.few)
+        return self._soft is None and (self._moving is None or self._moving.few_meshes)
 
     def shares_frame(self, places: np.ndarray) -> bool:
         """Whether sensors at (n, 3) [m] from their anchor see moving meshes in one scene."""
