@@ -81,10 +81,15 @@ def run(args: argparse.Namespace) -> int:
     if args.list:
         return _list(args.json)
     from graph.trade.conduct import conduct
+    from graph.trade.workers import Pool
 
     study = _study(args)
-    with between_updates() as received, _progress(not args.json and sys.stderr.isatty()) as progress:
-        outcome = conduct(study, progress, lambda: bool(received))
+    with (
+        between_updates() as received,
+        _progress(not args.json and sys.stderr.isatty()) as progress,
+        Pool(study.scene, interrupted=lambda: bool(received)) as pool,
+    ):
+        outcome = conduct(study, pool, progress)
     files = _write(outcome, args.out) if args.out else []
     best = outcome.recommended if outcome.complete else None
     if args.json:
@@ -112,9 +117,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _study(args: argparse.Namespace) -> Study:
     """The study of the command line. Raises UserError with everything that is wrong with it."""
-    from graph.trade.jobs import Present
-    from graph.trade.study import Study, finest, plan_settings, read_values, read_varied, refined
-    from graph.trade.workers import Pool
+    from graph.trade.study import Study, finest, plan_settings, read_values, read_varied
     from graph.trade.writing import check_writable
 
     problems: list[Problem] = []
@@ -127,6 +130,11 @@ def _study(args: argparse.Namespace) -> Study:
         problems.append(Problem("name a graph file: graph trade FILE --vary KEY=V1,V2,..."))
     if not args.vary:
         problems.append(Problem("give a knob to vary: --vary KEY=V1,V2,... (graph trade --list)"))
+    if scene is not None:
+        both = [name for name in varied if name in scene.fidelity]
+        problems += [
+            Problem(f"--fidelity {name}: --vary has this knob too; leave it out of one of them") for name in both
+        ]
     if args.repeat < 1:
         problems.append(Problem(f"--repeat {args.repeat}: give a number of runs, 1 or more"))
     if args.write and not args.budget:
@@ -139,11 +147,7 @@ def _study(args: argparse.Namespace) -> Study:
         raise UserError(problems)
     reference = {name: finest(name, values) for name, values in varied.items()} | given
     settings = plan_settings(varied, {name: reference[name] for name in varied} if args.one_at_a_time else None)
-    with Pool(scene, 1) as pool:
-        present = pool.one(Present())
-    return Study(
-        scene, varied, settings, reference, refined(reference, present), budget, duration=length, repeat=args.repeat
-    )
+    return Study(scene, varied, settings, reference, budget, duration=length, repeat=args.repeat)
 
 
 def _collected(problems: list[Problem], ask: Callable[[], Answer]) -> Answer | None:
@@ -269,14 +273,16 @@ def _write(outcome: Outcome, folder: Path) -> list[Path]:
 
 
 def _print(outcome: Outcome) -> None:
-    from graph.trade.page import summary
+    from graph.trade.outputs import block
+    from graph.trade.verdict import answer, remarks, summary
 
     _print_settings(outcome)
-    for line in summary(outcome):
+    said, chosen = answer(outcome)
+    for line in (*summary(outcome), *remarks(outcome), *said):
         say(line)
-    for line in _remarks(outcome):
-        say(line)
-    _print_answer(outcome)
+    if chosen is not None:
+        for line in block(outcome, chosen).splitlines():
+            say(line)
 
 
 def _print_settings(outcome: Outcome) -> None:
@@ -285,13 +291,13 @@ def _print_settings(outcome: Outcome) -> None:
     from rich.text import Text
 
     from graph.trade.study import word
+    from graph.trade.verdict import PAYS, UNRESOLVED, marked
 
     console = Console(width=None if sys.stdout.isatty() else 140)
     knobs = {name: max(map(len, [name, *map(word, values)])) for name, values in outcome.study.varied.items()}
     room = console.width - sum(knobs.values()) - len(knobs) - COSTS_WIDTH
     most = min(MOST_COLUMNS, room // COLUMN_WIDTH)
     names = outcome.shown[: max(1, most, len(outcome.study.budget))]
-    fronts = {name: outcome.front(name) for name in names}
     table = Table(box=None, pad_edge=False, header_style="bold")
     for name in outcome.study.varied:
         table.add_column(name, no_wrap=True)
@@ -308,53 +314,12 @@ def _print_settings(outcome: Outcome) -> None:
         else:
             shares = (f" ±{spread.cpu:.0%}", f" ±{spread.wall:.0%}") if spread else ("", "")
             cells += [f"{cost.cpu:.3g}{shares[0]}", f"{cost.wall:.3g}{shares[1]}"]
-        for name in names:
-            value = row.errors.get(name)
-            cells.append("" if value is None else f"{value:.3g}{' *' if row in fronts[name] else '  '}")
+        cells += (marked(outcome, row, name) for name in names)
         table.add_row(*map(Text, map(printable, cells)), style="bold" if row is best else None)
     console.print(table)
-    say("* pays: no other setting has both less processor time and less error")
-
-
-def _remarks(outcome: Outcome) -> Iterator[str]:
-    """What a reader must know about single settings, and about the budget."""
-    from graph.trade.metrics import METRICS
-    from graph.trade.outcome import unit_of
-    from graph.trade.study import text_of
-
-    for row in outcome.rows:
-        if row.why:
-            yield f"{row.status}: {text_of(row.setting)}: {row.why}"
-        if own := [code for code in row.warnings if code not in outcome.reference_warnings]:
-            yield f"warnings: {text_of(row.setting)}: {', '.join(own)}"
-    for name, bound in outcome.study.budget.items():
-        moved = outcome.moved.get(name)
-        if moved is not None and METRICS[name].error(moved) > METRICS[name].error(bound):
-            yield (
-                f"the budget of {name} is finer than the reference: refining it moves {name} to {moved:.3g}"
-                f"{unit_of(name)}; choose a finer --reference"
-            )
-
-
-def _print_answer(outcome: Outcome) -> None:
-    from graph.trade.outcome import bounds_of, unit_of
-    from graph.trade.outputs import block
-    from graph.trade.study import text_of
-
-    study, best, nearest = outcome.study, outcome.recommended, outcome.nearest
-    if not study.budget or not outcome.complete:
-        return
-    if best is not None and best.cost is not None:
-        say(f"cheapest within {bounds_of(study.budget)} ({best.cost.cpu:.3g} s/s):")
-        for line in block(outcome, best).splitlines():
-            say(line)
-        return
-    say(f"no setting keeps {bounds_of(study.budget)}")
-    if nearest is not None:
-        values = ", ".join(
-            f"{name} {value:.3g}{unit_of(name)}" for name in study.budget if (value := nearest.value(name)) is not None
-        )
-        say(f"the nearest is {text_of(nearest.setting)}: {values}")
+    say(PAYS)
+    if any(outcome.unresolved(row, name) for row in outcome.rows for name in names):
+        say(UNRESOLVED)
 
 
 def _list(as_json: bool) -> int:

@@ -6,34 +6,40 @@ in rounds (A B C, A B C), so that what else the machine does meets all settings 
 
 from __future__ import annotations
 
-import os
+import math
 import tempfile
 from collections.abc import Callable
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
 from graph.base.errors import Problem, RunError, UserError
 
-from .jobs import Clock, Compare, Judge, Keep
+from .errors import Errors
+from .jobs import Clock, Compare, Judge, Keep, Present
 from .metrics import COSTS, METRICS
 from .outcome import CRASHED, OK, Outcome, Row
-from .study import Study, text_of
+from .study import Study, refined, text_of
 from .trial import Measured
 from .workers import Crashed, Pool
 
-MOST_WORKERS = 4
-"""Most runs at a time; each holds a scene of its own."""
+TIMING_S = 90.0
+"""Processor time [s] of all timed runs together beyond which each is shorter than the duration."""
+
+LEAST_SHARE, LEAST_FRAMES = Fraction(1, 5), 2
+"""The shortest timed run: this share of the duration, and so many frames of the slowest sensor."""
 
 Progress = Callable[[int, int], None]
 
 
-def conduct(study: Study, progress: Progress, interrupted: Callable[[], bool]) -> Outcome:
+def conduct(study: Study, pool: Pool, progress: Progress) -> Outcome:
     """Measures everything. progress(done, total) counts runs.
 
-    interrupted: asked again and again; True ends the study with what was measured by then. Raises UserError for what
-    cannot be run and for a budget of metrics that the scene does not give, RunError if the reference fails,
+    If the pool is interrupted, what was measured by then is the outcome. Raises UserError for what cannot be run, for
+    knobs that nothing reads and for a budget of metrics that the scene does not give, RunError if the reference fails,
     KeyboardInterrupt if it was interrupted before there was anything to compare with.
     """
+    study = replace(study, refined=refined(study.reference, pool.one(Present())))
     total = 1 + (study.refined is not None) + len(study.settings) * (1 + study.repeat)
     done = 0
 
@@ -43,10 +49,7 @@ def conduct(study: Study, progress: Progress, interrupted: Callable[[], bool]) -
         progress(done, total)
 
     count(0)
-    with (
-        tempfile.TemporaryDirectory(prefix="tickgraph-trade-", ignore_cleanup_errors=True) as folder,
-        Pool(study.scene, min(MOST_WORKERS, os.cpu_count() or 1), interrupted) as pool,
-    ):
+    with tempfile.TemporaryDirectory(prefix="tickgraph-trade-", ignore_cleanup_errors=True) as folder:
         place = Path(folder)
         outcome, reference, start = _with_reference(study, pool, place, count)
         try:
@@ -70,11 +73,13 @@ def _with_reference(study: Study, pool: Pool, place: Path, count: Callable[[], N
     if isinstance(first, Crashed) or first.status:
         why = first.why if isinstance(first, Crashed) else first.ended
         raise RunError(f"the reference ({text_of(study.reference)}) fails: {why}; choose another with --reference")
+    _check_read(study, [one for one in found if isinstance(one, Measured)])
     kept = files[1] if len(found) > 1 and isinstance(found[1], Measured) else None
     horizon, moved, own = pool.one(Judge(files[0], kept))
     _check_budget(study, own, horizon.time)
     rows = [Row(setting) for setting in study.settings]
     outcome = Outcome(study, rows, horizon, moved, tuple(own), first.warnings, refined=kept is not None)
+    outcome.timed = timed_length(study, first)
     for row in rows:
         if row.setting == study.reference:
             row.status, row.errors, row.warnings = OK, own, first.warnings
@@ -82,9 +87,34 @@ def _with_reference(study: Study, pool: Pool, place: Path, count: Callable[[], N
     return outcome, files[0], min(first.started, float(study.duration))
 
 
-def _check_budget(study: Study, given: object, horizon: float) -> None:
+def timed_length(study: Study, reference: Measured) -> Fraction:
+    """How long each timed run is [s]: the duration; of it less, if all of them would take more than `TIMING_S`.
+
+    Then it is whole periods of the slowest sensor, for as many frames wherever it begins.
+    """
+    runs = len(study.settings) * study.repeat
+    room = (TIMING_S / runs - reference.opening) / reference.pace - reference.started if reference.pace else math.inf
+    if room >= study.duration:
+        return study.duration
+    period = reference.period or study.duration * LEAST_SHARE
+    least = max(study.duration * LEAST_SHARE, LEAST_FRAMES * reference.period, Fraction(room))
+    return min(study.duration, math.ceil(least / period) * period)
+
+
+def _check_read(study: Study, runs: list[Measured]) -> None:
+    """Raises UserError for varied knobs that nothing asked for, neither in the reference nor in its refinement."""
+    read = frozenset().union(*(run.read for run in runs))
+    problems = [
+        Problem(f"--vary {name}: nothing in this file reads this knob at {text_of(study.reference)}; leave it out")
+        for name in study.varied
+        if name not in read
+    ]
+    if problems:
+        raise UserError(problems)
+
+
+def _check_budget(study: Study, given: Errors, horizon: float) -> None:
     """Raises UserError for metrics that the reference does not give."""
-    assert isinstance(given, dict)
     problems = [
         Problem(f"--budget {name}: this scene does not give it in {horizon:g} s; it needs {METRICS[name].needs}")
         for name in study.budget
@@ -116,7 +146,7 @@ def _time(outcome: Outcome, pool: Pool, start: float, place: Path, count: Callab
         pass  # not counted: its first frames load what only recorded runs use
     for _ in range(study.repeat):
         able = [row for row in outcome.rows if row.status == OK]
-        jobs = [Clock(row.setting, study.duration, start, place / "run.mcap") for row in able]
+        jobs = [Clock(row.setting, outcome.timed, start, place / "run.mcap") for row in able]
         for number, timed in pool.results(jobs):
             row = able[number]
             if isinstance(timed, Crashed):

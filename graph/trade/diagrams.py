@@ -19,8 +19,8 @@ from .study import word
 INCH, DPI = (6.4, 4.6), 110
 MARKERS = "osD^vP*X<>hp"
 MOST_PANELS = 4
-NAME_WIDTH, NAME_HEIGHT = 0.25, 0.04
-"""Room of a setting's name, in the width and height of a diagram."""
+PALE = 0.4
+"""Opacity of settings whose error is below what the reference resolves."""
 COST = "processor time per simulated second [s]"
 
 
@@ -52,7 +52,7 @@ def diagrams(outcome: Outcome, metrics: Sequence[str]) -> bytes:
     figure.legend(handles.values(), handles, loc="outside lower center", ncols=2 * across, fontsize=8, frameon=False)
     study = outcome.study
     figure.suptitle(
-        f"{study.scene.file.name}: {float(study.duration):g} s, errors up to {outcome.horizon.time:g} s, "
+        f"{study.scene.file.name}: {float(study.duration):g} s, errors up to {outcome.horizon.time:.4g} s, "
         f"medians of {study.repeat} runs",
         fontsize=10,
     )
@@ -112,6 +112,7 @@ def _diagram(axis: Any, outcome: Outcome, metric: str) -> None:
             color=colour,
             markerfacecolor="none" if exact else colour,
             markersize=7,
+            alpha=PALE if outcome.unresolved(row, metric) else 1.0,
             clip_on=False,
         )
     front = outcome.front(metric)
@@ -123,22 +124,24 @@ def _diagram(axis: Any, outcome: Outcome, metric: str) -> None:
         axis.plot(*where[id(best)], "o", markersize=14, markerfacecolor="none", color="tab:red", label="recommended")
     axis.set_ylim(floor / 2, max(scale, default=1.0) * 3)
     _few_ticks(axis, [cost for _, cost, _ in points])
-    _name_front(axis, front, places)
+    _number(axis, places)
     unit = f" [{about.unit}]" if about.unit else ""
     axis.set_title(f"{metric}: {about.doc}", fontsize=8.5, loc="left")
     axis.set_ylabel(f"{f'1 - {metric}' if about.more else metric}{unit}", fontsize=9)
-    axis.set_xlabel(f"{COST}; open symbols: no difference", fontsize=8)
+    names = "\n".join(f"{number}  {_name(row)}" for number, row in enumerate(front, 1))
+    axis.set_xlabel(f"{COST}; open symbols: no difference\n{names}", fontsize=8)
     axis.spines[["top", "right"]].set_visible(False)
 
 
-def _name_front(axis: Any, front: Sequence[Row], places: Sequence[tuple[float, float]]) -> None:
-    """Names the settings of a front, the best first, where there is room beside the names before."""
-    taken: list[tuple[float, float]] = []
-    for row, place in [*zip(front, places, strict=True)][::-1]:
-        x, y = axis.transAxes.inverted().transform(axis.transData.transform(place))
-        if all(abs(x - other) > NAME_WIDTH or abs(y - beside) > NAME_HEIGHT for other, beside in taken):
-            taken.append((x, y))
-            axis.annotate(_name(row), place, xytext=(6, 5), textcoords="offset points", fontsize=7, color="0.25")
+def _number(axis: Any, places: Sequence[tuple[float, float]]) -> None:
+    """Numbers the settings that pay, above their symbols; their names are below the diagram."""
+    from matplotlib.patheffects import withStroke
+
+    for number, place in enumerate(places, 1):
+        axis.annotate(
+            str(number), place, xytext=(0, 7), textcoords="offset points", ha="center", fontsize=9, weight="bold",
+            path_effects=[withStroke(linewidth=3, foreground="white")],
+        )  # fmt: skip
 
 
 def _few_ticks(axis: Any, costs: Sequence[float]) -> None:

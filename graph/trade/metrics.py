@@ -15,16 +15,16 @@ from .meter import PARTS
 
 @dataclass(frozen=True, slots=True)
 class Metric:
-    """unit: "" for shares from 0 to 1. needs: what a scene must have to give it. more: whether more of it is better."""
+    """unit: "" for shares from 0 to 1. needs: what a scene must have to give it. more: whether more of it is better.
+
+    alone: whether it is that of a run alone and no difference from the reference.
+    """
 
     unit: str
     doc: str
     needs: str
     more: bool = False
-
-    def meets(self, value: float, bound: float) -> bool:
-        """Whether a value keeps a bound of the budget."""
-        return value >= bound if self.more else value <= bound
+    alone: bool = False
 
     def error(self, value: float) -> float:
         """The value as an error, which is better the smaller it is."""
@@ -50,8 +50,10 @@ ERRORS: dict[str, Metric] = {
     "body.energy_drift": Metric("", "difference of the whole energy, in the largest kinetic energy", _BODIES),
     "body.momentum_drift": Metric("", "difference of the whole momentum, in the largest sum of momenta", _BODIES),
     "body.spin_drift": Metric("", "difference of the whole angular momentum, in the largest sum of them", _BODIES),
-    "contact.penetration_max": Metric("m", "deepest contact of the run itself", _BODIES),
-    "contact.creep_max": Metric("m/s", "speed of bodies that rest in the reference, second half", _CONTACTS),
+    "contact.penetration_max": Metric("m", "deepest contact of the run itself", _BODIES, alone=True),
+    "contact.creep_max": Metric(
+        "m/s", "speed of bodies that rest in the reference, second half", _CONTACTS, alone=True
+    ),
     "lidar.range_p50": Metric("m", "difference of the range of a return of the same firing and prim: median", _LIDAR),
     "lidar.range_p99": Metric("m", "difference of the range of a return, 99th percentile", _LIDAR),
     "lidar.range_max": Metric("m", "difference of the range of a return, largest", _LIDAR),

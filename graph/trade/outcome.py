@@ -6,6 +6,7 @@ import math
 import statistics
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from functools import cached_property
 
 from .errors import Errors, Horizon
@@ -71,7 +72,8 @@ class Row:
 class Outcome:
     """Everything that was measured. moved: by how much refining the reference moves each metric.
 
-    given: the metrics that the scene gives. complete: False if it was interrupted.
+    given: the metrics that the scene gives. timed: simulated time of each timed run [s]. complete: False if it was
+    interrupted.
     """
 
     study: Study
@@ -81,6 +83,7 @@ class Outcome:
     given: tuple[str, ...]
     reference_warnings: tuple[str, ...] = ()
     refined: bool = True
+    timed: Fraction = Fraction(0)
     complete: bool = True
 
     @cached_property
@@ -94,50 +97,73 @@ class Outcome:
         values = {value for row in self.rows if (value := row.errors.get(metric)) is not None}
         return len(values) > 1
 
+    def doubt(self, metric: str) -> float:
+        """By how much the reference differs from its refinement: smaller errors mean nothing.
+
+        0 for costs, and for metrics of a run alone.
+        """
+        moved, about = self.moved.get(metric), METRICS[metric]
+        return 0.0 if moved is None or about.alone or not self.refined else about.error(moved)
+
+    def error(self, row: Row, metric: str) -> float | None:
+        """The error or cost of a setting as far as it is known: at least the doubt; None if it was not measured."""
+        value = row.value(metric)
+        return None if value is None else max(METRICS[metric].error(value), self.doubt(metric))
+
+    def unresolved(self, row: Row, metric: str) -> bool:
+        """Whether the setting differs from the reference by less than the reference is known to."""
+        value = row.value(metric)
+        return value is not None and METRICS[metric].error(value) < self.doubt(metric)
+
     def front(self, metric: str) -> list[Row]:
-        """The settings that pay, by rising cost: none other has both less cost and less error.
+        """The settings that pay, by rising cost: none other has both less cost and less error, as far as it is known.
 
         Cost is processor time: other work on the machine changes it least.
         """
-        able = [(row, row.cost, row.errors[metric]) for row in self.rows if row.status == OK and metric in row.errors]
+        able = [(row, row.cost, self.error(row, metric)) for row in self.rows if row.status == OK]
         front: list[Row] = []
         best = math.inf
-        priced = [(cost.cpu, METRICS[metric].error(value or 0.0), row) for row, cost, value in able if cost]
+        priced = [(cost.cpu, error, row) for row, cost, error in able if cost and error is not None]
         for _, error, row in sorted(priced, key=lambda one: one[:2]):
             if error < best:
                 best = error
                 front.append(row)
         return front
 
-    def meets(self, row: Row) -> bool:
-        """Whether a setting ran to its end and keeps the whole budget."""
-        return row.status == OK and all(
-            (value := row.value(name)) is not None and METRICS[name].meets(value, bound)
-            for name, bound in self.study.budget.items()
-        )
+    @property
+    def sought(self) -> str:
+        """What the answer has least of: processor time; if only costs are bounded, the first error that differs."""
+        errors = self.shown if all(name in COSTS for name in self.study.budget) else ()
+        return errors[0] if errors else "cost.cpu"
 
     @property
     def recommended(self) -> Row | None:
-        """The setting of least processor time that keeps the budget; None without a budget, or if none keeps it."""
-        able = [(row.cost.cpu, row) for row in self.rows if row.cost and self.meets(row)] if self.study.budget else []
-        return min(able, key=lambda one: one[0])[1] if able else None
+        """The setting that keeps the budget with the least of `sought`; None without a budget, or if none keeps it."""
+        able = [row for row in self._ranked(self.sought) if self.excess(row) <= 1] if self.study.budget else []
+        return able[0] if able else None
 
     @property
     def nearest(self) -> Row | None:
-        """The setting that exceeds the budget least: by the worst ratio of a value and its bound."""
-        able = [(self.excess(row), row) for row in self.rows if row.status == OK]
-        return min(able, key=lambda one: one[0])[1] if able else None
+        """The setting that exceeds the budget least, by the worst ratio of a value and its bound; of equal ones the
+        cheapest.
+        """
+        return min(self._ranked("cost.cpu"), key=self.excess, default=None)
 
     def excess(self, row: Row) -> float:
-        """The worst ratio of an error and its bound; above 1 the budget is exceeded."""
+        """The worst ratio of an error and its bound; above 1 the budget is not known to be kept."""
         worst = 0.0
         for name, bound in self.study.budget.items():
-            value, metric = row.value(name), METRICS[name]
-            if value is None:
+            error, allowed = self.error(row, name), METRICS[name].error(bound)
+            if error is None:
                 return math.inf
-            allowed, error = metric.error(bound), metric.error(value)
             worst = max(worst, error / allowed if allowed > 0 else (math.inf if error > 0 else 0.0))
         return worst
+
+    def _ranked(self, metric: str) -> list[Row]:
+        """The settings that ran to their end, those with less of the metric first, of equal ones the cheaper."""
+        able = [(self.error(row, metric), row.cost, row) for row in self.rows if row.status == OK]
+        order = [(error, cost.cpu, row) for error, cost, row in able if error is not None and cost]
+        return [row for *_, row in sorted(order, key=lambda one: one[:2])]
 
 
 def _median(costs: Iterable[Cost]) -> Cost:

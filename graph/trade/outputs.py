@@ -25,6 +25,7 @@ def as_dict(outcome: Outcome) -> dict[str, Any]:
         "seed": study.scene.seed,
         "duration": float(study.duration),
         "repeat": study.repeat,
+        "timed": float(outcome.timed),
         "complete": outcome.complete,
         "knobs": {name: [word(value) for value in values] for name, values in study.varied.items()},
         "reference": {
@@ -50,11 +51,13 @@ def as_dict(outcome: Outcome) -> dict[str, Any]:
                 "cost": _costs(row),
                 "errors": {name: _number(row.errors.get(name)) for name in names},
                 "front": [name for name, front in fronts.items() if row in front],
+                "unresolved": [name for name in names if outcome.unresolved(row, name)],
                 "warnings": list(row.warnings),
             }
             for row in outcome.rows
         ],
         "budget": dict(study.budget),
+        "least": outcome.sought if study.budget else None,
         "recommended": _words(recommended.setting) if recommended else None,
         "nearest": _words(nearest.setting) if study.budget and not recommended and nearest else None,
         "machine": {

@@ -8,9 +8,10 @@ from collections.abc import Iterable, Sequence
 
 from .diagrams import diagrams, overview, parts
 from .metrics import METRICS
-from .outcome import Outcome, bounds_of, columns_of
+from .outcome import Outcome, columns_of
 from .outputs import block
-from .study import text_of, word
+from .study import word
+from .verdict import PAYS, UNRESOLVED, answer, marked, remarks, summary
 
 _STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 76rem; padding: 0 1rem; color: #222 }
@@ -27,10 +28,12 @@ def page(outcome: Outcome) -> str:
     study = outcome.study
     title = f"Speed against accuracy: {study.scene.file.name}"
     body = [f"<h1>{_safe(title)}</h1>", *(f"<p>{_safe(line)}</p>" for line in summary(outcome))]
-    if best := outcome.recommended:
-        body += [f"<p>The cheapest setting within {_safe(bounds_of(study.budget))}:</p>"]
-        body += [f"<pre>{_safe(block(outcome, best))}</pre>"]
+    said, chosen = answer(outcome)
+    body += [f"<p><strong>{_safe(line)}</strong></p>" for line in said]
+    if chosen is not None:
+        body += [f"<pre>{_safe(block(outcome, chosen))}</pre>"]
     body += [_picture(overview(outcome), "error over cost"), "<h2>Settings</h2>", _settings(outcome)]
+    body += [f"<p>{_safe(line)}</p>" for line in (PAYS, UNRESOLVED, *remarks(outcome))]
     body += ["<h2>Where the time goes</h2>", _picture(parts(outcome), "processor time by part")]
     if len(outcome.shown) > 1:
         body += ["<h2>Every error that differs</h2>", _picture(diagrams(outcome, outcome.shown), "all diagrams")]
@@ -40,24 +43,8 @@ def page(outcome: Outcome) -> str:
     return f'<!doctype html>\n<html lang="en"><head>{head}</head>\n<body>\n' + "\n".join(body) + "\n</body></html>\n"
 
 
-def summary(outcome: Outcome) -> list[str]:
-    """What was compared with what, and how far it holds, a sentence or two each."""
-    study, horizon = outcome.study, outcome.horizon
-    lines = [f"reference: {text_of(study.reference)}, over {float(study.duration):g} s, seed {study.scene.seed}"]
-    if study.refined is None:
-        lines.append("the reference has no finer setting to check it with")
-    elif not outcome.refined:
-        lines.append(f"the reference is unchecked: it does not run at {text_of(study.refined)}")
-    else:
-        lines.append(f"checked with: {text_of(study.refined)}")
-    lines.append(f"errors count up to {horizon.time:g} s{f'; {horizon.why}' if horizon.why else ', the whole run'}")
-    if not outcome.complete:
-        lines.append("interrupted: this is what was measured by then")
-    return lines
-
-
 def _settings(outcome: Outcome) -> str:
-    names = columns_of(outcome)
+    names = tuple(dict.fromkeys((*outcome.shown, *columns_of(outcome))))
     best = outcome.recommended
     knobs = tuple(outcome.study.varied)
     heads = (*knobs, "status", "cpu s/s", "±", "wall s/s", "±", *names)
@@ -70,7 +57,7 @@ def _settings(outcome: Outcome) -> str:
             f"{cost.wall:.4g}" if cost else "",
             f"{spread.wall:.0%}" if spread else "",
         )
-        errors = ("" if (value := row.errors.get(name)) is None else f"{value:.3g}" for name in names)
+        errors = (marked(outcome, row, name) for name in names)
         state = row.status if not row.why else f"{row.status}: {row.why}"
         rows.append((*(word(row.setting[name]) for name in knobs), state, *figures, *errors))
         marks.append("best" if row is best else "" if row.status == "ok" else "bad")

@@ -60,12 +60,16 @@ class Reading:
 
 @dataclass(slots=True)
 class Readings:
-    """The frames of one sensor. gates: of radars, the size of a cell: range [m], velocity [m/s], azimuth [rad]."""
+    """The frames of one sensor. gates: of radars, the size of a cell: range [m], velocity [m/s], azimuth [rad].
+
+    rate: of its ticks [Hz]; 0: one an update.
+    """
 
     path: str
     kind: str
     frames: list[Reading] = field(default_factory=list)
     gates: tuple[float, float, float] = (1.0, 1.0, 0.1)
+    rate: Fraction = Fraction(0)
 
     def before(self, horizon: float) -> list[Reading]:
         """The frames that show nothing after `horizon` [s]."""
@@ -100,7 +104,7 @@ class ReadingLog:
             scan = sensor.config.scans[0]
             velocity = scan.velocities(scan.max_vel_mps_sequence[0]).width
             kept.gates = scan.ranges().width, velocity, math.asin(min(1.0, scan.azimuths().width))
-        rate = Fraction(sensor.rate)
+        rate = kept.rate = Fraction(sensor.rate)
         reduce = _REDUCERS[sort](sensor, self._duration)
 
         def keep(frame: Frame) -> None:

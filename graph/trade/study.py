@@ -46,19 +46,19 @@ class Study:
     """A trade to measure.
 
     varied: the values of each knob, in the order given. settings: all that are run, each with a value of every varied
-    knob. reference: the setting whose results are taken as exact. refined: the reference refined once more; None if
-    none of its knobs can be refined. budget: bounds by metric. duration: simulated time [s]. repeat: timed runs of each
-    setting.
+    knob. reference: the setting whose results are taken as exact. budget: bounds by metric. duration: simulated time
+    [s]. repeat: timed runs of each setting. refined: the reference refined once more, which `conduct` works out; None
+    if none of its knobs can be refined.
     """
 
     scene: Scene
     varied: Mapping[str, tuple[Any, ...]]
     settings: tuple[Setting, ...]
     reference: Setting
-    refined: Setting | None
     budget: Mapping[str, float]
     duration: Fraction = Fraction(1)
     repeat: int = 3
+    refined: Setting | None = None
 
 
 def plan_settings(varied: Mapping[str, Sequence[Any]], base: Setting | None = None) -> tuple[Setting, ...]:

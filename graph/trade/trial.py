@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import RunError
+from graph.sim.fidelity import KNOBS, Fidelity
 from sensors.channels import STABLE_IDS
 
 from .meter import Cost, Meter, MeteredSink
@@ -22,7 +23,12 @@ from .study import Scene, Setting
 if TYPE_CHECKING:
     from graph.session.open import Session
 
+_NAMES = {name.replace(".", "_"): name for name in KNOBS}
+"""Knobs by their fields of `Fidelity`."""
+
 UNSTABLE, FAILED = "unstable", "failed"
+CLOCKS = frozenset({"physics.hz", "loop_hz"})
+"""Knobs that every run reads, when it is opened."""
 
 
 @dataclass(slots=True)
@@ -30,7 +36,8 @@ class Measured:
     """What a run did and saw. ended: "" if it lasted to its end, else why not; status: of a run that did not.
 
     warnings: the codes of its warnings. started: simulation time [s] at which every sensor had given a frame, 0 if one
-    never did.
+    never did. opening: processor time until it played [s], pace: of a simulated second after that [s]. period: of the
+    slowest sensor [s], 0 without one. read: the fidelity knobs that something in the run asked for.
     """
 
     bodies: Trajectory | None = None
@@ -40,6 +47,10 @@ class Measured:
     ended_at: float = 0.0
     warnings: tuple[str, ...] = ()
     started: float = 0.0
+    opening: float = 0.0
+    pace: float = 0.0
+    period: Fraction = Fraction(0)
+    read: frozenset[str] = CLOCKS
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,14 +71,17 @@ def measure(scene: Scene, setting: Setting, duration: Fraction) -> Measured:
     """Runs a setting and records its bodies and sensors. Raises UserError for what cannot be opened."""
     from graph.sim.messages.bus import CountingSink
 
-    found = Measured()
+    found, read = Measured(), set(CLOCKS)
+    began = time.process_time()
     told = replace(scene, settings={**scene.settings, STABLE_IDS: True})  # ids of prims, to match returns by
     with _playing(told, setting) as session:
         app = session.app
+        app.world.fidelity = _watched(app.fidelity, read)
         readings = ReadingLog(app, float(duration))
         app.bus.subscribe(CountingSink())  # with a reader publishers publish, as they do in a recorded run
         app.play()
         states = StateLog(app, float(duration))
+        found.opening = time.process_time() - began
         stepping = [False]
         app.on("physics", lambda: stepping.__setitem__(0, True), -(2**60))
         app.on("physics", lambda: stepping.__setitem__(0, False), 2**60)
@@ -83,7 +97,10 @@ def measure(scene: Scene, setting: Setting, duration: Fraction) -> Measured:
         except RunError as error:
             found.status, found.ended = UNSTABLE if stepping[0] else FAILED, str(error)
         found.ended_at = float(app.simulation.time)
+        found.pace = (time.process_time() - began - found.opening) / (found.ended_at or math.inf)
         found.bodies, found.sensors = states.trajectory(), readings.sensors
+        found.period = max((1 / one.rate for one in readings.sensors.values() if one.rate), default=Fraction(0))
+        found.read = frozenset(read)
         found.warnings = tuple(sorted({str(warning.as_dict()["code"]) for warning in app.warnings}))
     return found
 
@@ -150,6 +167,18 @@ def _opened(scene: Scene, setting: Setting) -> Session:
         skip_unknown=scene.skip_unknown,
         allow_scripts=scene.allow_scripts,
     )
+
+
+def _watched(fidelity: Fidelity, read: set[str]) -> Fidelity:
+    """The same knobs; adds to `read` the name of each that is asked for."""
+
+    class Watched(Fidelity):
+        def __getattribute__(self, name: str) -> Any:
+            if name in _NAMES:
+                read.add(_NAMES[name])
+            return super().__getattribute__(name)
+
+    return Watched(**{field: fidelity[name] for field, name in _NAMES.items()})
 
 
 def without_arrays(found: Measured) -> Measured:

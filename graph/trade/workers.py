@@ -22,6 +22,9 @@ from graph.base.signals import ENDING
 from .jobs import Job
 from .study import Scene
 
+MOST_WORKERS = 4
+"""Most runs at a time; each holds a scene of its own."""
+
 LOOK_S = 0.1
 """How often a waiting parent looks whether it is to end [s]."""
 
@@ -35,13 +38,14 @@ class Crashed:
 
 
 class Pool:
-    """At most `most` processes. With `with`: they are ended at the end, whatever they do.
+    """As many processes as there are cores, at most `MOST_WORKERS`. With `with`: they are ended at the end, whatever
+    they do.
 
     interrupted: asked while waiting; True raises KeyboardInterrupt.
     """
 
-    def __init__(self, scene: Scene, most: int, interrupted: Callable[[], bool] = lambda: False) -> None:
-        self._scene, self._most, self._interrupted = scene, most, interrupted
+    def __init__(self, scene: Scene, interrupted: Callable[[], bool] = lambda: False) -> None:
+        self._scene, self._interrupted = scene, interrupted
         self._workers: list[_Worker] = []
 
     def __enter__(self) -> Pool:
@@ -66,7 +70,7 @@ class Pool:
         Raises UserError as the jobs do; one that fails, or whose process ends, gives `Crashed`.
         """
         left = list(enumerate(jobs))[::-1]
-        most = min(self._most, len(jobs)) if at_once else 1
+        most = min(MOST_WORKERS, os.cpu_count() or 1) if at_once else 1
         busy: dict[Connection, tuple[int, _Worker]] = {}
         while left or busy:
             while left and len(busy) < most:

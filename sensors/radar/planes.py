@@ -6,6 +6,8 @@ float64, since float32 hits are off by more than the phase of a millimetre wave 
 
 from __future__ import annotations
 
+import hashlib
+from collections import OrderedDict
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +32,9 @@ POLE = 8
 SPREAD = 1.0 / 8.0
 """Share of the squared angles to the neighbours that a face's normals are spread by: the lobes of faces at equal steps
 then add up to a curve without ripple (below 0.1 dB along one axis)."""
+
+MOST_KEPT = 500_000
+"""Triangles whose faces are kept for the next App with the same meshes."""
 
 _HASH = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9, 0x27D4EB2F165667C5], np.uint64)
 
@@ -93,6 +98,31 @@ def faces_of(vertices: np.ndarray, triangles: np.ndarray) -> Faces:
         _projected(turned, axes) * share[:, None, None],
         _projected(moment, axes),
     )
+
+
+class _FacesByContent:
+    """The faces of meshes that this process met last, by their content."""
+
+    def __init__(self) -> None:
+        self._found: OrderedDict[bytes, Faces] = OrderedDict()
+        self._kept = 0
+
+    def of(self, vertices: np.ndarray, triangles: np.ndarray) -> Faces:
+        """As `faces_of`."""
+        digest = hashlib.blake2b(np.ascontiguousarray(vertices).data, digest_size=32)
+        digest.update(np.ascontiguousarray(triangles).data)
+        key = digest.digest()
+        found = self._found.pop(key, None)
+        if found is None:
+            found = faces_of(vertices, triangles)
+            self._kept += len(triangles)
+        self._found[key] = found
+        while self._kept > MOST_KEPT and self._found:
+            self._kept -= len(self._found.popitem(last=False)[1].of_triangle)
+        return found
+
+
+_FACES = _FacesByContent()
 
 
 def _hashed(rows: np.ndarray) -> np.ndarray:
@@ -292,7 +322,7 @@ def planes_of(world: CastWorld) -> WorldPlanes:
 def _of_surface(surface: Mesh | Plane) -> Faces:
     if isinstance(surface, Mesh):
         if len(surface.triangles):
-            return faces_of(np.asarray(surface.vertices, np.float64), np.asarray(surface.triangles, np.int64))
+            return _FACES.of(np.asarray(surface.vertices, np.float64), np.asarray(surface.triangles, np.int64))
         normal, offset, middle = np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3))
     else:
         normal = np.asarray(surface.normal, np.float64)[None]

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import csv
 import json
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from graph.trade.bodies import BodyPair
+from graph.trade.conduct import timed_length
 from graph.trade.errors import Horizon
 from graph.trade.meter import PARTS, Cost
 from graph.trade.outcome import OK, UNSTABLE, Outcome, Row
@@ -18,7 +20,7 @@ from graph.trade.readings import LIDAR, Reading, Readings
 from graph.trade.sights import same_targets, values_of
 from graph.trade.states import Trajectory
 from graph.trade.study import Scene, Study
-from graph.trade.trial import Timed
+from graph.trade.trial import Measured, Timed
 
 METRIC = "lidar.range_p99"
 
@@ -36,8 +38,8 @@ def outcome(rows, budget=None, moved=None):
         {"lidar.bins": tuple(row.setting["lidar.bins"] for row in rows)},
         tuple(row.setting for row in rows),
         {"lidar.bins": 16},
-        {"lidar.bins": 32},
         budget or {},
+        refined={"lidar.bins": 32},
     )
     given = dict.fromkeys(name for row in rows for name in row.errors)
     return Outcome(study, rows, Horizon(1.0), moved or {}, tuple(given))
@@ -83,6 +85,41 @@ def test_the_cheapest_that_keeps_the_budget_is_recommended(rows):
     assert outcome(rows).recommended is None  # without a budget there is nothing to keep
 
 
+def test_what_the_reference_does_not_resolve_is_neither_paid_for_nor_promised(rows):
+    """Refining the reference moves it by 0.05 m: 0.02 and 0 are the same to it; 0.02 is the cheaper."""
+    found = outcome(rows, {METRIC: 0.03}, {METRIC: 0.05})
+    assert [one.setting["lidar.bins"] for one in found.front(METRIC)] == [1, 4]
+    assert [found.unresolved(one, METRIC) for one in rows] == [False, False, True, True]
+    assert found.recommended is None
+    assert found.nearest is rows[2]
+    assert outcome(rows, {METRIC: 0.05}, {METRIC: 0.05}).recommended is rows[2]
+
+
+def test_what_is_no_difference_from_the_reference_needs_no_refinement():
+    rows = [Row({"lidar.bins": n}, OK, errors={"contact.penetration_max": n / 100}, timed=timed(n)) for n in (1, 2)]
+    found = outcome(rows, {"contact.penetration_max": 0.01}, {"contact.penetration_max": 0.03})
+    assert found.recommended is rows[0]
+
+
+def test_within_a_budget_of_costs_the_setting_of_least_error_is_recommended(rows):
+    assert outcome(rows, {"cost.wall": 4.0}).recommended is rows[2]
+    assert outcome(rows, {"cost.wall": 4.0, METRIC: 0.4}).recommended is rows[0]
+
+
+def test_many_dear_runs_are_timed_for_less_in_whole_periods_of_the_slowest_sensor(rows):
+    """12 timed runs in 90 s: 7.5 s each, 1 s of it to open. At 20 s/s the first 0.5 s take more than the rest: the
+    least is left, 2 frames. At 10 s/s there are (7.5 - 1) / 10 - 0.5 = 0.15 s; at 4 s/s 1.125 s.
+    """
+    study = outcome(rows).study
+
+    def length(pace, period):
+        return timed_length(study, Measured(opening=1.0, pace=pace, started=0.5, period=Fraction(period)))
+
+    assert (length(20.0, "0.3"), length(10.0, "0.1"), length(4.0, "0.1")) == (Fraction("0.6"), Fraction("0.2"), 1)
+    assert length(20.0, 0) == Fraction(1, 5)
+    assert length(20.0, 1) == 1
+
+
 def test_the_nearest_exceeds_the_budget_least(rows):
     found = outcome(rows, {METRIC: 0.3, "cost.wall": 1.0})
     assert found.recommended is None
@@ -111,6 +148,7 @@ def test_json_and_csv_hold_every_figure(rows):
         "cost": None,
         "errors": {METRIC: None},
         "front": [],
+        "unresolved": [],
         "warnings": [],
     }
     assert told["reference"]["moved"] == {METRIC: 0.001}
