@@ -44,6 +44,17 @@ def add_nodes(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_overrides(parser: argparse.ArgumentParser) -> None:
+    """Adds `--set NODE.ATTR=VALUE` and `--fidelity K=V`, each repeatable."""
+    parser.add_argument("--set", action="append", default=[], metavar="NODE.ATTR=VALUE", help="override a node's input")
+    add_fidelity(parser)
+
+
+def add_fidelity(parser: argparse.ArgumentParser) -> None:
+    """Adds `--fidelity K=V`, repeatable."""
+    parser.add_argument("--fidelity", action="append", default=[], metavar="K=V", help="override a fidelity knob")
+
+
 def add_play(parser: argparse.ArgumentParser) -> None:
     """Adds `--play FILE`, repeatable."""
     parser.add_argument(
@@ -91,6 +102,26 @@ def folder(text: str) -> Path:
     if not path.is_dir():
         raise argparse.ArgumentTypeError(f"{text} is not a folder")
     return path
+
+
+def fidelity_of(args: argparse.Namespace) -> dict[str, str]:
+    """The knobs of a command line. Raises UserError for an option without =."""
+    return _pairs(args.fidelity, "--fidelity", "KEY")
+
+
+def overrides_of(args: argparse.Namespace) -> dict[str, str]:
+    """The inputs of nodes that a command line sets. Raises UserError for an option without =."""
+    return _pairs(args.set, "--set", "NODE.ATTR")
+
+
+def _pairs(options: list[str], flag: str, form: str) -> dict[str, str]:
+    pairs = {}
+    for option in options:
+        key, equals, value = option.partition("=")
+        if not equals or not key:
+            raise UserError(f"{flag} {option}: write it as {form}=VALUE")
+        pairs[key] = value
+    return pairs
 
 
 def limits_of(args: argparse.Namespace) -> dict[str, int]:

@@ -10,7 +10,7 @@ from typing import Any
 
 from graph.base.exact import shortest
 
-from .arguments import add_allow, add_nodes, add_skip_outside
+from .arguments import add_allow, add_nodes, add_overrides, add_skip_outside, fidelity_of, overrides_of
 from .printing import counted, say, say_json
 
 MOST_CYCLES = 5
@@ -24,6 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", metavar="FILE", type=Path, help="graph file (.yaml, .json or .usda)")
     parser.add_argument("--json", action="store_true", help="print it as JSON; exact fractions are text")
     parser.add_argument("--skip-unknown", action="store_true", help="leave nodes of unknown types out, with a warning")
+    add_overrides(parser)
     add_nodes(parser)
     add_allow(parser)
     add_skip_outside(parser)
@@ -42,6 +43,8 @@ def run(args: argparse.Namespace) -> int:
             allow=args.allow,
             skip_outside=args.skip_outside,
             settings=args.settings,
+            fidelity=fidelity_of(args),
+            overrides=overrides_of(args),
             skip_unknown=args.skip_unknown,
             on_error="continue",
         )

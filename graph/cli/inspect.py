@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import RunError, UserError
 
-from .arguments import add_allow, add_nodes, add_skip_outside
+from .arguments import add_allow, add_fidelity, add_nodes, add_skip_outside, fidelity_of
 from .printing import aligned, note_line, say, say_json, tell
 from .product_size import product_size
 
@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--updates", type=int, metavar="N", help="run N app updates and take the newest frame (default: the first one)"
     )
-    parser.add_argument("--fidelity", action="append", default=[], metavar="K=V", help="override a fidelity knob")
+    add_fidelity(parser)
     parser.add_argument("--skip-unknown", action="store_true", help="leave nodes of unknown types out, with a warning")
     add_nodes(parser)
     add_allow(parser)
@@ -48,7 +48,7 @@ def run(args: argparse.Namespace) -> int:
     from graph.session.open import open_session
     from sensors.channels import CHANNELS
 
-    from .run import pairs, show_log
+    from .run import show_log
 
     if args.updates is not None and args.updates < 1:
         raise UserError(f"--updates {args.updates}: give a number of updates above 0")
@@ -58,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
         allow=args.allow,
         skip_outside=args.skip_outside,
         settings={**{one.setting: True for one in CHANNELS.values() if one.setting}, **args.settings},
-        fidelity=pairs(args.fidelity, "--fidelity"),
+        fidelity=fidelity_of(args),
         skip_unknown=args.skip_unknown,
         on_error="continue",
     )

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from graph.sim import App
     from graph.sim.messages.bus import CountingSink, Topic, TopicCount
     from graph.sim.transports.sink import LiveSink
+    from graph.trade.meter import Meter
 
 Report = dict[str, Any]
 
@@ -36,7 +37,12 @@ GAP = 2
 
 
 def build_report(
-    app: App, runner: GraphRunner, published: CountingSink, wall_time_s: float, live: Sequence[LiveSink] = ()
+    app: App,
+    runner: GraphRunner,
+    published: CountingSink,
+    wall_time_s: float,
+    live: Sequence[LiveSink] = (),
+    meter: Meter | None = None,
 ) -> Report:
     """Everything that a run counted; times in seconds, stamps in integer nanoseconds of simulation time."""
     report = {
@@ -61,6 +67,8 @@ def build_report(
     }
     if live:
         report["live"] = {sink.name: sink.facts() for sink in live}
+    if meter is not None:
+        report["stats"] = {part: cost.as_data() for part, cost in meter.costs.items() if cost.wall}
     return report
 
 
@@ -104,9 +112,23 @@ def print_table(report: Report, console: Console) -> None:
         counts = [sum(topic[what] for topic in live["topics"].values()) for what in ("sent", "dropped", "received")]
         said = "{:,} sent, {:,} dropped, {:,} received".format(*counts)
         console.print(f"live {name}: {live['place']}: {said}", highlight=False, markup=False, soft_wrap=True)
+    if "stats" in report:
+        console.print(_stats_table(report["stats"]))
     for line in report["silent"]:
         console.print(f"silent: {safe_line(line)}", highlight=False, markup=False, soft_wrap=True)
     console.print(_wall_line(report), highlight=False, soft_wrap=True)
+
+
+def _stats_table(stats: Mapping[str, Mapping[str, float]]) -> Table:
+    from graph.trade.meter import PARTS
+
+    table = _table("part of the updates", "wall (s)", "processor (s)", "share")
+    table.add_column("what it is")
+    whole = sum(cost["wall_s"] for cost in stats.values())
+    for part, cost in stats.items():
+        wall = cost["wall_s"]
+        table.add_row(part, f"{wall:.3f}", f"{cost['cpu_s']:.3f}", f"{wall / whole:.1%}" if whole else "-", PARTS[part])
+    return table
 
 
 def warning_lines(report: Report) -> list[str]:

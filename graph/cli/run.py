@@ -21,7 +21,17 @@ from graph.base.exact import duration as exact_duration
 from graph.base.exact import rate, shortest
 from graph.base.limits import check
 
-from .arguments import add_allow, add_live, add_nodes, add_play, add_remap, add_skip_outside
+from .arguments import (
+    add_allow,
+    add_live,
+    add_nodes,
+    add_overrides,
+    add_play,
+    add_remap,
+    add_skip_outside,
+    fidelity_of,
+    overrides_of,
+)
 from .interrupts import between_updates
 from .printing import counted, say, say_json, tell
 from .safe_log import SafeFormatter
@@ -60,9 +70,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_play(parser)
     add_remap(parser)
     add_live(parser)
-    parser.add_argument("--set", action="append", default=[], metavar="NODE.ATTR=VALUE", help="override a node's input")
-    parser.add_argument("--fidelity", action="append", default=[], metavar="K=V", help="override a fidelity knob")
+    add_overrides(parser)
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of every random stream (default 0)")
+    parser.add_argument("--stats", action="store_true", help="measure the time of each part of the updates")
     parser.add_argument("--realtime", action="store_true", help="pace updates to the wall clock")
     parser.add_argument("--json", action="store_true", help="print the report as JSON and nothing else on stdout")
     parser.add_argument(
@@ -88,6 +98,7 @@ def run(args: argparse.Namespace) -> int:
     from graph.session.open import open_session
     from graph.sim.messages.bus import CountingSink
     from graph.sim.transports.targets import connect, read_targets
+    from graph.trade.meter import Meter, MeteredSink
     from sensors.writers.preview import Previews
 
     from .explain_clocks import MOST_PLANNED_UPDATES, plan_updates
@@ -105,8 +116,8 @@ def run(args: argparse.Namespace) -> int:
         allow=args.allow,
         skip_outside=args.skip_outside,
         settings=args.settings,
-        fidelity=pairs(args.fidelity, "--fidelity"),
-        overrides=pairs(args.set, "--set"),
+        fidelity=fidelity_of(args),
+        overrides=overrides_of(args),
         seed=args.seed,
         realtime=args.realtime,
         on_error=args.on_error,
@@ -121,6 +132,7 @@ def run(args: argparse.Namespace) -> int:
     output: Output | None = None
     report: Report | None = None
     failures: list[BaseException] = []
+    meter = Meter() if args.stats else None
     with ExitStack() as held:
         try:
             with ExitStack() as cleanup:
@@ -133,6 +145,9 @@ def run(args: argparse.Namespace) -> int:
                 for sink in live:
                     tell(f"live {sink.name}: {sink.transport.place}")
                 started = time.perf_counter()
+                if meter is not None:
+                    cleanup.enter_context(meter.watching())
+                    meter.follow(app)
                 # Physics is built here: a scene that cannot be simulated is refused before anything is written.
                 app.play()
                 _check_steps(app)
@@ -142,7 +157,7 @@ def run(args: argparse.Namespace) -> int:
                     app.output_folder = args.out
                     output = _output(args, session, files_of(sources), held)
                     cleanup.callback(output.sink.close)
-                    app.bus.subscribe(output.sink)
+                    app.bus.subscribe(output.sink if meter is None else MeteredSink(output.sink, meter))
                     if preview:
                         pictures = Previews(app, args.out / "preview", preview)
                         cleanup.callback(pictures.close)
@@ -169,7 +184,7 @@ def run(args: argparse.Namespace) -> int:
                     app.warn(*warning)
                 for warning in frames.warnings(app.bus):
                     app.warn(*warning)
-                report = build_report(app, session.runner, counter, time.perf_counter() - started, live)
+                report = build_report(app, session.runner, counter, time.perf_counter() - started, live, meter)
         except RunError as error:  # raised while the recording was finished
             if report is None:
                 raise
@@ -289,17 +304,6 @@ def _updates_asked_for(args: argparse.Namespace, session: Session) -> int:
     if length < 0:
         raise UserError(f"--duration {args.duration}: give a duration in seconds, 0 or more")
     return math.ceil(length * session.app.loop_rate)
-
-
-def pairs(options: list[str], flag: str) -> dict[str, str]:
-    """KEY=VALUE options as a mapping. Raises UserError for an option without =."""
-    pairs = {}
-    for option in options:
-        key, equals, value = option.partition("=")
-        if not equals or not key:
-            raise UserError(f"{flag} {option}: write it as {'NODE.ATTR' if flag == '--set' else 'KEY'}=VALUE")
-        pairs[key] = value
-    return pairs
 
 
 def _provenance(args: argparse.Namespace, app: App) -> dict[str, str]:

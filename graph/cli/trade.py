@@ -15,10 +15,19 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from graph.base.errors import Problem, RunError, UserError
 from graph.base.exact import duration as exact_duration
 
-from .arguments import add_allow, add_nodes, add_play, add_skip_outside, limits_of
+from .arguments import (
+    add_allow,
+    add_nodes,
+    add_overrides,
+    add_play,
+    add_skip_outside,
+    fidelity_of,
+    limits_of,
+    overrides_of,
+)
 from .interrupts import between_updates
 from .printing import print_table, printable, say, say_json, tell
-from .run import EXIT_INTERRUPTED, pairs
+from .run import EXIT_INTERRUPTED
 
 if TYPE_CHECKING:
     from graph.trade.outcome import Outcome
@@ -63,8 +72,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, metavar="DIR", help="write trade.json, trade.csv, trade.html, trade.png")
     parser.add_argument("--write", action="store_true", help="write the cheapest setting within the budget into FILE")
     parser.add_argument("--json", action="store_true", help="print trade.json and nothing else on stdout")
-    parser.add_argument("--set", action="append", default=[], metavar="NODE.ATTR=VALUE", help="override a node's input")
-    parser.add_argument("--fidelity", action="append", default=[], metavar="K=V", help="a knob of all runs")
+    add_overrides(parser)
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of every random stream (default 0)")
     parser.add_argument("--skip-unknown", action="store_true", help="leave nodes of unknown types out, with a warning")
     parser.add_argument(
@@ -171,8 +179,8 @@ def _scene(args: argparse.Namespace) -> Scene:
         skip_unknown=args.skip_unknown,
         allow_scripts=args.allow_scripts,
         settings=args.settings,
-        fidelity=pairs(args.fidelity, "--fidelity"),
-        overrides=pairs(args.set, "--set"),
+        fidelity=fidelity_of(args),
+        overrides=overrides_of(args),
         play=tuple(args.play),
         limits=limits_of(args),
         seed=args.seed,

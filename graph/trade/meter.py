@@ -1,5 +1,7 @@
 """Where the time of updates goes: wall and processor time of each part, measured from outside while a run is watched.
 
+`graph trade` compares settings by it, `graph run --stats` prints it.
+
 Parts exclude each other: a cast inside rendering counts as a cast, a structure that is built for it as a build. Nothing
 is installed in an App that is not watched.
 """
@@ -40,6 +42,10 @@ class Cost:
 
     def __add__(self, other: Cost) -> Cost:
         return Cost(self.wall + other.wall, self.cpu + other.cpu)
+
+    def as_data(self) -> dict[str, float]:
+        """As JSON holds it."""
+        return {"wall_s": round(self.wall, 6), "cpu_s": round(self.cpu, 6)}
 
     def per(self, seconds: float) -> Cost:
         """This cost for each of so many seconds."""

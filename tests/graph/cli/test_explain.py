@@ -451,3 +451,13 @@ graphs:
 """
     traps = {(trap["code"], trap["where"]) for trap in explain(text)["traps"]}
     assert traps == {("timestamp-unconnected", "/World/G/bare.inputs:timeStamp")}
+
+
+def test_knobs_and_inputs_are_overridden_as_in_a_run(explain, folder, graph):
+    assert explain(HEAD + ONE)["clocks"]["physics_hz"] == 240
+    told = explain(HEAD + ONE, "--fidelity", "physics.hz=120", "--set", "cloud.topicName=other")
+    assert told["clocks"]["physics_hz"] == 120
+    assert [topic["topic"] for topic in told["topics"]] == ["/other"]
+    for wrong, said in (("--fidelity", "KEY=VALUE"), ("--set", "NODE.ATTR=VALUE")):
+        result = graph("explain", "a.yaml", wrong, "x")
+        assert (result.code, result.out, result.err) == (2, "", f"graph: {wrong} x: write it as {said}\n")
