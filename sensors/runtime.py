@@ -172,7 +172,7 @@ class SensorRuntime(ABC, Generic[Config]):
             start=FramePose(stamp, first),
             end=FramePose(nanoseconds(end), last),
             count=count,
-            arrays=found.arrays,
+            arrays=found.arrays if self._app.prune else self.kept(found.arrays),
             config=self.config,
             sensor_path=self.path,
             scan_complete=found.complete,
@@ -248,12 +248,23 @@ class SensorRuntime(ABC, Generic[Config]):
         self.demand.release(owner)
 
     def channels(self) -> frozenset[str]:
-        """The channels to compute: the union of all requests, except those that the aux level or a setting excludes."""
+        """The channels to compute: the requested ones; without pruning all that the sensor measures."""
+        if self._app.prune:
+            return self.requested()
+        return self.requested().union(channel.name for channel in self.kind.channels if not channel.setting)
+
+    def requested(self) -> frozenset[str]:
+        """The union of all requests, except channels that the aux level or a setting excludes: what a frame holds."""
         if self._known_demand != self.demand.version:
             self._known_demand = self.demand.version
             wanted = self.demand.channels(self._aux)
             self._channels = wanted - self._withheld(wanted)
         return self._channels
+
+    def kept(self, arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """The requested ones of the arrays that were computed."""
+        wanted = self.requested()
+        return {name: array for name, array in arrays.items() if name in wanted}
 
     def consumers(self) -> Mapping[str, Sequence[str]]:
         """Requested channel -> its owners as text, sorted."""

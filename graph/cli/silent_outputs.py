@@ -49,10 +49,12 @@ def silent_parts(app: App, runner: GraphRunner) -> list[str]:
 
 
 def blind_sensors(app: App) -> dict[str, int]:
-    """How many frames each sensor rendered that saw nothing in any of them."""
+    """How many frames each sensor that is read rendered, if it saw nothing in any of them."""
     frames: dict[str, int] = {}
     seen: set[str] = set()
     for product in app.rendering.history:
+        if not (product.sensor.consumers() or product.writers):
+            continue
         path = product.camera_path
         frames[path] = frames.get(path, 0) + product.frames
         if product.elements:

@@ -51,7 +51,8 @@ class App:
     `MjcfScene`. `physics_hz` is preferred over the rate of the stage's physics scene or the MJCF time step, then 60;
     `loop_hz` defaults to 60. `fidelity` maps knobs (`lidar.motion`) to values. `physics` makes the physics engine, by
     default MuJoCo (see `graph.sim.physics.protocol.EngineFactory`). `allow`: further folders to which the USD file may
-    refer. Raises UserError for options that cannot be run.
+    refer. `prune`: leave out what nothing requires (README.md, "Only what is required"); without it the output is the
+    same. Raises UserError for options that cannot be run.
 
     An App holds its parts and passes calls on to them: `world` (stage, Fabric, physics, edits), `simulation` (builds,
     steps and frees the world), `rendering` (sensors), `timeline`, `driver` (states and updates), `phases` (their
@@ -74,12 +75,14 @@ class App:
         when_playing: str | None = None,
         physics: EngineFactory = MUJOCO,
         allow: Iterable[str | Path] = (),
+        prune: bool = True,
     ) -> None:
         from .scene.stage import time_range
 
         knobs = fidelity if isinstance(fidelity, Fidelity) else Fidelity.from_mapping(fidelity or {})
         refuse_unavailable(experience, parity, knobs)
         self.experience, self.parity, self.seed = experience, parity, exact.count(seed, "seed")
+        self.prune = prune
         self.settings = Settings(settings)
         apply_profile(self.settings, parity)
         self.warnings = WarningList()
@@ -92,7 +95,7 @@ class App:
         loop_hz = loop_hz if knobs.loop_hz is None else knobs.loop_hz
         choice = checked_choice(when_playing or str(self.settings.get(keys.WHEN_PLAYING)))
         self.world = open_world(
-            stage, mjcf, engine=physics, fidelity=knobs, when_playing=choice, warn=self.warn, allow=allow
+            stage, mjcf, engine=physics, fidelity=knobs, when_playing=choice, warn=self.warn, allow=allow, prune=prune
         )
         authored = self.world.authored_rate
         physics_rate, loop_rate = clock_rates(
@@ -159,6 +162,8 @@ class App:
         self.output_folder: Path | None = None
         """Where the run writes files; None if it writes no files."""
         self._told_closing = False
+        if not prune:
+            import_module("sensors.everything").compute_everything(self)
 
     @classmethod
     def from_file(cls, path: str | Path, **options: Any) -> App:

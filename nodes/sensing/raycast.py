@@ -187,7 +187,8 @@ def _cast(app: App, origins: Floats, directions: Floats, rays: _Rays) -> tuple[F
     if not count:
         return np.zeros(0), np.zeros((0, 3)), []
     world = cast_world(app)
-    hits = cast_ranged(world, origins * unit, directions, rays.nearest * unit, normals=True)
+    ranges = rays.nearest * unit, (rays.farthest - rays.nearest) * unit
+    hits = cast_ranged(world, origins * unit, directions, ranges, normals=True)
     depths = hits.distance.astype(float) / unit + rays.nearest
     found = depths <= rays.farthest
     surfaces = hits.surfaces()

@@ -57,7 +57,8 @@ class Scene:
         ways = end - starts
         lengths = np.linalg.norm(ways, axis=1)
         directions = ways / np.maximum(lengths, 1e-12)[:, None]
-        hits = cast_ranged(self.world, starts, directions, CLEAR, self.poses, self.exclude)
+        ranges = CLEAR, float(lengths.max(initial=0.0))
+        hits = cast_ranged(self.world, starts, directions, ranges, self.poses, self.exclude)
         return np.asarray(hits.distance >= lengths - 2 * CLEAR)
 
 

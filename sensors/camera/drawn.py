@@ -15,7 +15,8 @@ import numpy as np
 from graph.sim.geometry.collect import Mesh, Plane
 from graph.sim.opengl.scene import ABSENT, DARK, FARTHEST_M, MOST_LAMPS, SHOWN, DrawnScene, Eye, Lamp, Shape
 from sensors.raycast.rays import NO_SURFACE, NOTHING, Hits
-from sensors.raycast.world import CastWorld, excluded
+from sensors.raycast.standing import excluded
+from sensors.raycast.world import CastWorld
 
 from .config import CameraConfig
 from .lens import ParallelLens

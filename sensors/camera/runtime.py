@@ -217,7 +217,9 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
         world = cast_world(self._app)
         bodies = world.body_poses(tick.poses)
         now = Instant(world, self.pose(tick.poses), None if bodies is None else bodies.copy())
-        before, self._before = self._before, now
+        before = self._before
+        if "motion_vectors" in self.requested():
+            self._before = now
         return motion_vectors(self.config.lens, view, before, now)
 
 

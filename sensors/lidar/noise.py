@@ -43,6 +43,12 @@ class Noise:
         self._known: tuple[int, Errors] | None = None
         self._bias = _bias(config, pattern)
 
+    @property
+    def margin(self) -> float:
+        """The most by which a reported range is off the true one [m]; normal errors: 8 standard deviations."""
+        bias = 0.0 if self._bias is None else float(np.abs(self._bias).max(initial=0.0))
+        return bias + 8.0 * abs(self._config.range_accuracy_m) + abs(self._config.range_resolution_m)
+
     def errors(self, turn: int) -> Errors:
         """The errors of the firings of a turn."""
         if self._known is None or self._known[0] != turn:

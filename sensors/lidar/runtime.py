@@ -161,7 +161,15 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
             del self._turns[turn]
 
     def measure(self, tick: Tick) -> Measurement:
-        """The scan of a tick, or a part of one."""
+        """The scan of a tick, or a part of one; of one state without a cast, and empty, if nothing is requested."""
+        unread = not self.requested() and self._bins is None and not self.wants_updates
+        found = None if unread and self._app.prune else self._cast(tick)
+        if found is not None and not unread:
+            return found
+        pose = self.pose(tick.poses)
+        return self._measured(_Turn(start=pose, end=pose), tick, complete=self._whole)
+
+    def _cast(self, tick: Tick) -> Measurement:
         if isinstance(self.schedule, EveryUpdate):
             return self._measured(self._partial_scan(tick), tick, complete=False)
         turn = tick.index - 1
@@ -176,7 +184,7 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
         parts = scan.parts
         count = sum(int(part.pop("count")) for part in parts)
         if not parts:
-            arrays = {name: CHANNELS[name].empty() for name in self.channels() if name in CHANNELS}
+            arrays = {name: CHANNELS[name].empty() for name in self.requested() if name in CHANNELS}
         elif len(parts) == 1:
             arrays = parts[0]
         else:
@@ -194,6 +202,11 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
                 self._scanners.popitem(last=False)
             found = self._scanners[number] = self._new_scanner(self.turns.pattern(turn))
         return found
+
+    def _scan(self, shot: Shot) -> dict[str, np.ndarray]:
+        """The channels of a shot that are requested now, and their "count"."""
+        found = self._scanner(shot.turn).scan(shot, self.channels())
+        return found if self._app.prune else {**self.kept(found), "count": found["count"]}
 
     def _new_scanner(self, pattern: Pattern) -> Scanner:
         app, weak, config = self._app, self._owner, self.config
@@ -218,9 +231,8 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
 
     def _frozen_scan(self, tick: Tick) -> _Turn:
         pose, turn = self.pose(tick.poses), tick.index - 1
-        scanner = self._scanner(turn)
-        firings = len(scanner.pattern)
-        part = scanner.scan(Shot(slice(0, firings), pose, tick.poses, turn=turn), self.channels())
+        firings = len(self._scanner(turn).pattern)
+        part = self._scan(Shot(slice(0, firings), pose, tick.poses, turn=turn))
         return _Turn([part], firings, pose, pose)
 
     def _continuous_scan(self, start: Fraction, end: Fraction, slices: list[tuple[int, slice]]) -> _Turn:
@@ -229,13 +241,13 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
         shots, scan.start, scan.end = self._bins.shots(start, end, slices)
         for shot in shots:
             shot.common = scan.end if self._compensates and shot.moves is not None else None
-            scan.parts.append(self._scanner(shot.turn).scan(shot, self.channels()))
+            scan.parts.append(self._scan(shot))
             scan.firings += shot.rows.stop - shot.rows.start
         return scan
 
     def _add(self, turn: int, rows: slice, pose: np.ndarray, poses: Any) -> None:
         scan = self._turns.setdefault(turn, _Turn())
-        scan.parts.append(self._scanner(turn).scan(Shot(rows, pose, poses, turn=turn), self.channels()))
+        scan.parts.append(self._scan(Shot(rows, pose, poses, turn=turn)))
         scan.firings += rows.stop - rows.start
 
     def _partial_scan(self, tick: Tick) -> _Turn:
@@ -245,7 +257,7 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
             return self._continuous_scan(start, end, slices)
         period, stamp, pose = self.turns.period, nanoseconds(start), self.pose(tick.poses)
         shots = [Shot(rows, pose, tick.poses, nanoseconds(turn * period) - stamp, turn=turn) for turn, rows in slices]
-        return _Turn([self._scanner(shot.turn).scan(shot, self.channels()) for shot in shots], 0, pose, pose)
+        return _Turn([self._scan(shot) for shot in shots], 0, pose, pose)
 
     def _warn_partial(self) -> None:
         config = self.config

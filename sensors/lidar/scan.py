@@ -96,7 +96,8 @@ class Scanner:
         self._cosine, self._term = np.empty(count, np.float32), np.empty(count, np.float32)
         self._kept: dict[int, np.ndarray] = {}
         self._grid: RayGrid | None = None
-        self._reach = float(pattern.far_m.max(initial=0.0)) * (1 + 1e-6)
+        margin = 0.0 if noise is None else noise.margin
+        self._reach = float(pattern.far_m.max(initial=0.0)) * (1 + 1e-6) + margin
 
     def scan(self, shot: Shot, channels: frozenset[str]) -> dict[str, np.ndarray]:
         """The requested channels, each with one row per return, in the order of the pattern. Always has "count"."""
@@ -194,7 +195,7 @@ class Scanner:
             offsets = table[:, 3:6] * travelled[:, None]
             if aim.offsets is not None:
                 offsets += aim.offsets[rays]
-            bundle = RayBundle(aim.pose[:3, 3], table, offsets, self._exclude, self._reach)
+            bundle = RayBundle(aim.pose[:3, 3], table, offsets, self._exclude, bundle.reach)
         return found
 
     def _returns(
@@ -263,7 +264,7 @@ class Scanner:
         part = self._part(shot.rows)
         grid, first = self._grid_of(part, shot.rows)
         grid.rotation = aim.pose[:3, :3]
-        return RayBundle(
+        bundle = RayBundle(
             origin=aim.pose[:3, 3],
             table=self._table[shot.rows],
             offsets=aim.offsets,
@@ -275,6 +276,8 @@ class Scanner:
             columns=aim.directions,
             memory=part.memory,
         )
+        bundle.reach += bundle.spread()
+        return bundle
 
     def _cast(self, bundle: RayBundle, shot: Shot, *, normals: bool) -> Hits:
         return self._caster().cast(bundle, shot.poses, normals=normals)

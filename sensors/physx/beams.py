@@ -30,7 +30,7 @@ def fire(
     """
     nearest, farthest = ranges
     rotation, place = pose[:3, :3], pose[:3, 3]
-    hits = cast_ranged(cast_world(app), origins @ rotation.T + place, directions @ rotation.T, nearest, poses, exclude)
+    hits = cast_ranged(cast_world(app), origins @ rotation.T + place, directions @ rotation.T, ranges, poses, exclude)
     reached = hits.distance
     depths = reached + np.float32(nearest)
     depths[reached > farthest] = np.inf

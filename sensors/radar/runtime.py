@@ -23,8 +23,9 @@ from sensors.motion.velocities import surface_velocities
 from sensors.output_frame import custom_frame
 from sensors.raycast.rays import RayBundle, RayMemory
 from sensors.raycast.shared import cast_world, surface_materials
+from sensors.raycast.standing import excluded
 from sensors.raycast.windows import RayGrid
-from sensors.raycast.world import CastWorld, excluded
+from sensors.raycast.world import CastWorld
 from sensors.runtime import Measurement, SensorRuntime
 
 from .antenna import Antenna
@@ -152,7 +153,7 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
             four=self.config.cfar_mode == "4D",
             peaks=chirps,
         )
-        return Measurement(self._arrays(found, scan, tick), len(found.rcs), facts=facts)
+        return Measurement(self._arrays(found, scan, tick), len(found.rcs) if self.requested() else 0, facts=facts)
 
     def cube(self, tick: Tick, number: int = 0, cycle: int = 0) -> Cube:
         """What a scan receives in one of its cycles, in cells, before it is detected."""
@@ -172,7 +173,7 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
         fan.turn(rotation)
         close, small = self._close_looks(setting, scan, fan)
         bundle = RayBundle(
-            *(origin, fan.table, None, self.exclude, setting.reach, fan.grid),
+            *(origin, fan.table, None, self.exclude, setting.seen, fan.grid),
             columns=fan.columns,
             memory=fan.memory,
         )
@@ -183,7 +184,8 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
                 table = np.zeros((len(close.solid), 6), np.float32)
                 directions = rotation @ close.directions
                 table[:, 3:6] = directions.T
-                parts += tracer.parts(close, RayBundle(origin, table, exclude=self.exclude), None, directions)
+                bundle = RayBundle(origin, table, exclude=self.exclude, reach=setting.seen)
+                parts += tracer.parts(close, bundle, None, directions)
         return merged(grid, parts)
 
     def _standing(self, setting: Setting) -> tuple[Any, ...] | None:

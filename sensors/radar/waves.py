@@ -60,6 +60,11 @@ class Setting:
     exclude: frozenset[str] = frozenset()
 
     @property
+    def seen(self) -> float:
+        """Beyond this distance from the radar [m] nothing counts: a way there and back is longer than its range."""
+        return self.reach * 1.01
+
+    @property
     def rotation(self) -> np.ndarray:
         """(3, 3) sensor to world."""
         return self.pose[:3, :3]
@@ -194,7 +199,7 @@ def first_waves(
     that tubes do not meet first; None: they first meet the surface that owns them, or nothing.
     """
     hits = _cast(setting, bundle)
-    row = np.flatnonzero(hits.distance < setting.reach * 1.01)
+    row = np.flatnonzero(hits.distance < setting.seen)
     if skip is None:
         row = row[np.take(tubes.owner, row) == hits.surfaces(row)]
     elif skip.any():
@@ -212,7 +217,7 @@ def next_waves(setting: Setting, parts: list[tuple[Waves, np.ndarray]]) -> tuple
 
 def in_sight(setting: Setting, out: np.ndarray, back: np.ndarray) -> np.ndarray:
     """Whether the radar sees points (3, k) [m from it] at distances (k,), in unit directions (3, k)."""
-    bundle = RayBundle(setting.pose[:3, 3], _table(back), exclude=setting.exclude)
+    bundle = RayBundle(setting.pose[:3, 3], _table(back), exclude=setting.exclude, reach=setting.seen)
     hits = setting.world.cast(bundle, setting.poses)
     return np.asarray(hits.distance > out * (1 - 1e-6) - SIGHT_M)
 
@@ -367,7 +372,7 @@ def _cast_on(setting: Setting, direction: np.ndarray, start: np.ndarray) -> Hits
     offsets = np.empty((len(start[0]), 3), np.float32)
     for axis in range(3):
         offsets[:, axis] = start[axis] + LIFT_M * direction[axis]
-    bundle = RayBundle(setting.pose[:3, 3], _table(direction), offsets, setting.exclude)
+    bundle = RayBundle(setting.pose[:3, 3], _table(direction), offsets, setting.exclude, setting.seen)
     return _cast(setting, bundle)
 
 

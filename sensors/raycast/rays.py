@@ -51,7 +51,8 @@ class RayBundle:
     table: (n, 6) float32, C-contiguous; its columns 3 to 5 are the unit directions, world axes; columns 0 to 2 are for
     the caster, which writes the ray origins there, relative to its scenes' anchors. origin: (3,) float64, world [m],
     near all ray origins. offsets: (n, 3) float32 [m], world axes, each ray's origin less `origin`; None if all start
-    there. exclude: prim paths that are never hit, with everything below them. reach: farther hits [m] may be left out.
+    there. exclude: prim paths that are never hit, with everything below them. reach: hits
+    farther from `origin` than this [m] may be left out.
     grid: a `RayGrid` that contains the bundle's directions from `first` on; only for speed. swing: the largest angle
     [rad] between a direction and its place in the grid. columns: (3, n) float32, contiguous, the same directions by
     axis; computed if not given. memory: that of the table; None if the table is not reused. parts: of a table with the
@@ -71,6 +72,7 @@ class RayBundle:
     memory: RayMemory | None = None
     parts: Sequence[RayBundle] = ()
     cone: tuple[np.ndarray, float] | None = None
+    _spread: float | None = None
 
     @property
     def directions(self) -> np.ndarray:
@@ -96,7 +98,11 @@ class RayBundle:
 
     def spread(self) -> float:
         """Distance [m] of the farthest ray origin from the bundle's origin."""
-        return 0.0 if self.offsets is None else float(np.sqrt((self.offsets**2).sum(axis=1).max(initial=0.0)))
+        if self._spread is None:
+            self._spread = (
+                0.0 if self.offsets is None else float(np.sqrt((self.offsets**2).sum(axis=1).max(initial=0.0)))
+            )
+        return self._spread
 
     def start_at(self, start: np.ndarray) -> None:
         """Writes the ray origins, `start` (3,) float32 plus the offsets; does nothing if they are already written."""

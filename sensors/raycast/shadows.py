@@ -9,8 +9,9 @@ import numpy as np
 from graph.sim.geometry.collect import Mesh
 
 from .planes import cast_plane
+from .standing import excluded
 from .triangles import TriangleScene
-from .world import CastWorld, excluded
+from .world import CastWorld
 
 REACH = 0.9999
 """Fraction of the way to a light that is checked: the shape of the light itself casts no shadow."""

@@ -65,7 +65,7 @@ def cast_world(app: App) -> CastWorld:
     def threads() -> int:
         return int(present_app(weak).settings.get(RAY_THREADS))
 
-    world = CastWorld(surfaces, poses, threads, soft, points, velocities)
+    world = CastWorld(surfaces, poses, threads, soft, points, velocities, prune=app.prune)
     if app not in _worlds:
         app.on("close", lambda: _worlds.pop(app, None))
     _worlds[app] = (geometry, world)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import gc
+import hashlib
 import weakref
 from dataclasses import dataclass
 from typing import Any
@@ -16,7 +17,8 @@ from graph.sim.libraries import import_open3d
 MAX_SCENES = 500
 """Each scene opens an Embree device, and the process crashes at about 1011 of them (`sensors/README.md`)."""
 
-_alive = [0]
+_alive, _built = [0], [0]
+_shared: weakref.WeakValueDictionary[bytes, TriangleScene] = weakref.WeakValueDictionary()
 
 SKIN = 2e-4
 """A ray that leaves a surface within this distance of its origin, in units of the scene, started on that surface and
@@ -72,6 +74,7 @@ class TriangleScene:
         self._scene = make()
         self._scene.add_triangles(self._as_tensor(vertices, np.float32), self._as_tensor(triangles, np.uint32))
         _alive[0] += 1
+        _built[0] += 1
         weakref.finalize(self, _forget)
         if warm:
             self._cast(np.zeros((1, 6), np.float32), 1)
@@ -112,6 +115,21 @@ class TriangleScene:
         return self._tensor(np.ascontiguousarray(array, dtype))
 
 
+def shared_scene(vertices: np.ndarray, triangles: np.ndarray) -> TriangleScene:
+    """The scene of these triangles: that of another sensor or App of this process if there is one, else a new one.
+
+    Arrays as for `TriangleScene`; scenes are the same if all bytes are.
+    """
+    digest = hashlib.sha256(len(vertices).to_bytes(8, "little"))  # faster than blake2b, where processors help
+    digest.update(np.ascontiguousarray(vertices, np.float32).data)
+    digest.update(np.ascontiguousarray(triangles, np.uint32).data)
+    key = digest.digest()
+    known = _shared.get(key)
+    if known is None:
+        known = _shared[key] = TriangleScene(vertices, triangles)
+    return known
+
+
 def _forget() -> None:
     _alive[0] -= 1
 
@@ -119,3 +137,8 @@ def _forget() -> None:
 def alive() -> int:
     """How many scenes exist now."""
     return _alive[0]
+
+
+def built() -> int:
+    """How many scenes this process has built so far."""
+    return _built[0]

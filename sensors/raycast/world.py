@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
-from collections import OrderedDict
+import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, TypeGuard
 
@@ -12,14 +12,14 @@ import numpy as np
 
 from graph.sim.geometry.collect import Mesh, Plane, Solid
 
-from .enclosed import Enclosed, enclosing
 from .moving import MovingSurfaces
 from .near import NEAR_ANCHOR_M, Moving
 from .nearest import Nearest
 from .planes import cast_plane
-from .rays import NO_SURFACE, Hits, RayBundle
+from .rays import Hits, RayBundle
 from .soft import PointsOf, SoftMeshes
-from .triangles import TriangleHits, TriangleScene
+from .standing import Standing, excluded
+from .triangles import TriangleScene
 
 GRID_M = 1000.0
 """Scenes are built around the points of a grid with this spacing, and each sensor uses the nearest point: rays and
@@ -27,16 +27,10 @@ vertices are shifted in float64 before they are rounded to float32, so precision
 world.
 """
 
-_numbers = itertools.count()
-
 
 def anchor_of(places: np.ndarray) -> np.ndarray:
     """The points of the grid, (..., 3) float64 [m], that are nearest to places."""
     return np.asarray(np.round(places / GRID_M) * GRID_M)
-
-
-KEPT_SCENES = 32
-"""Static scenes kept for (anchor, exclude) pairs; the least recently used is dropped first."""
 
 
 def bodies_of(geometry: Sequence[Mesh | Plane]) -> tuple[str, ...]:
@@ -50,8 +44,9 @@ class CastWorld:
     geometry: meshes, solids and infinite planes; those with a body move with it. poses: gives the bodies' poses,
     (b, 4, 4) float64 world [m] in the order of `bodies`, for a snapshot (None: now). threads: number of threads for
     casting (0: all cores). soft: prims that deform; points, velocities: of such a mesh's vertices [m, m/s]. formulas:
-    whether rays meet solids by their closed forms, else by their triangles. `surfaces` lists the geometry in the order
-    of their numbers.
+    whether rays meet solids by their closed forms, else by their triangles. prune: leaves out what rays do not reach,
+    and takes the scenes of equal worlds of this process; the hits within reach are the same without it. `surfaces`
+    lists the geometry in the order of their numbers.
     """
 
     def __init__(
@@ -64,6 +59,7 @@ class CastWorld:
         velocities: PointsOf | None = None,
         *,
         formulas: bool = True,
+        prune: bool = True,
     ) -> None:
         self.surfaces = tuple(geometry)
         self.bodies = bodies_of(geometry)
@@ -73,8 +69,7 @@ class CastWorld:
         """Data that users of the world have computed about its surfaces."""
         self._poses = poses
         self._threads = threads
-        self._formulas = formulas
-        self._sets: OrderedDict[tuple[bytes, frozenset[str]], _Scenes] = OrderedDict()
+        self._formulas, self._prune = formulas, prune
         rigid = [
             (index, one, int(self.body_of[index])) for index, one in enumerate(self.surfaces) if one.body is not None
         ]
@@ -87,6 +82,12 @@ class CastWorld:
         ]
         self.soft = soft
         self._points, self._velocities = points, velocities
+        deforms = {index for index, _ in deforming}
+        stands = [
+            isinstance(one, Mesh) and one.body is None and index not in deforms
+            for index, one in enumerate(self.surfaces)
+        ]
+        self._standing = Standing(self.surfaces, stands, formulas=formulas, prune=prune)
         self._soft = SoftMeshes(deforming, points) if deforming and points else None
         self._moving = MovingSurfaces(moving, solids) if moving or solids else None
         self.moving_surfaces = np.array([index for index, one, _ in rigid if isinstance(one, Mesh)], np.int32)
@@ -106,21 +107,26 @@ class CastWorld:
         if not solids:
             return self
         moved = self._points, self._velocities
-        world = CastWorld(self.surfaces, self._poses, self._threads, self.soft, *moved, formulas=False)
+        world = CastWorld(
+            self.surfaces, self._poses, self._threads, self.soft, *moved, formulas=False, prune=self._prune
+        )
         if all(solid.body is not None for solid in solids):
-            world._sets = self._sets
+            world._standing = self._standing
         return world
 
     def cast(self, rays: RayBundle, poses: Any = None, *, normals: bool = False, spots: bool = False) -> Hits:
         """Nearest hits; see `RayCaster`. Normals follow the winding, in world axes."""
         anchor = anchor_of(rays.origin)
-        scenes = self._scenes(anchor, rays.exclude)
+        scenes, *beyond = self._standing.scenes(anchor, rays.exclude, rays.origin, rays.reach)
         threads = self.threads
         numbers = scenes.surface_of, scenes.starts, scenes.triangles
         nearest = Nearest(len(rays.table), *numbers, normals=normals, spots=spots)
         if scenes.static:
             start = (rays.origin - anchor).astype(np.float32)
             nearest.add_static(*scenes.cast(scenes.static, rays, start, threads, uv=spots))
+        for others in beyond:
+            others.add_beyond(rays, (rays.origin - anchor).astype(np.float32), threads, nearest)
+            rays = replace(rays, reach=math.inf)
         body_poses = self.body_poses(poses)
         for index, _ in self._planes:
             if index not in scenes.skip:
@@ -140,7 +146,7 @@ class CastWorld:
         The scene is None without static geometry.
         """
         anchor = anchor_of(origin)
-        return anchor, self._scenes(anchor, exclude).static
+        return anchor, self._standing.scenes(anchor, exclude, origin, math.inf)[0].static
 
     @property
     def rays_go_everywhere(self) -> bool:
@@ -199,17 +205,6 @@ class CastWorld:
         found = [isinstance(one, Mesh) and soft_prim(one, self.soft) is not None for one in self.surfaces]
         return np.array([*found, False])
 
-    def _scenes(self, anchor: np.ndarray, exclude: frozenset[str]) -> _Scenes:
-        key = (anchor.tobytes(), exclude)
-        scenes = self._sets.get(key)
-        if scenes is None:
-            while len(self._sets) >= KEPT_SCENES:
-                self._sets.popitem(last=False)
-            scenes = self._sets[key] = _Scenes(self, anchor, exclude)
-        else:
-            self._sets.move_to_end(key)
-        return scenes
-
 
 def _plane_distances(rays: RayBundle, origin: np.ndarray, normal: np.ndarray) -> np.ndarray:
     """(n,) float32 [m] from rays to a plane through a point."""
@@ -225,79 +220,3 @@ def soft_prim(surface: Mesh, soft: frozenset[str]) -> str | None:
     """The deforming prim of a surface (the prim itself, or that of a subset); None if it does not deform."""
     source = surface.source
     return next((path for path in (source, source.rpartition("/")[0]) if path in soft), None)
-
-
-def excluded(path: str, exclude: frozenset[str]) -> bool:
-    """Whether a surface is an excluded prim, is below one, or is a copy of one (a point instancer)."""
-    return any(path == other or path.startswith((f"{other}/", f"{other}[")) for other in exclude)
-
-
-class _Scenes:
-    """The geometry that remains for one set of excluded prims, with the static scene about one anchor."""
-
-    def __init__(self, world: CastWorld, anchor: np.ndarray, exclude: frozenset[str]) -> None:
-        surfaces = world.surfaces
-        self._number = next(_numbers)  # distinguishes it from all others, also from deleted ones
-        self.skip = frozenset(i for i, s in enumerate(surfaces) if exclude and excluded(str(s.path), exclude))
-        static = [
-            (i, s)
-            for i, s in enumerate(surfaces)
-            if isinstance(s, Mesh)
-            and s.body is None
-            and not soft_prim(s, world.soft)
-            and i not in self.skip
-            and len(s.triangles)
-        ]
-        static.sort(key=lambda entry: world.is_solid(entry[1]))  # the solids' triangles come last
-        solids = [s for _, s in static if world.is_solid(s)]
-        self.static: TriangleScene | None = None
-        counts = [len(s.triangles) for _, s in static]
-        self.triangles = sum(counts)
-        self._enclosed = Enclosed(solids, sum(counts[: len(static) - len(solids)])) if solids else None
-        numbers = [i for i, _ in static]
-        self.starts = np.zeros(max(len(surfaces), 1), np.uint32)
-        """(s,), the first static triangle of each surface."""
-        self.starts[numbers] = np.cumsum([0, *counts])[:-1]
-        self.surface_of = np.concatenate(
-            [np.repeat(np.array(numbers, np.int32), counts), np.arange(len(surfaces), dtype=np.int32), [NO_SURFACE]],
-            dtype=np.int32,
-        )
-        if static:
-            flat = [np.asarray(s.vertices, np.float64) for _, s in static[: len(static) - len(solids)]]
-            places = [*flat, *enclosing(solids)]
-            vertices = [(place - anchor).astype(np.float32) for place in places]
-            starts = np.cumsum([0, *(len(v) for v in vertices)]).astype(np.uint32)
-            triangles = [np.asarray(s.triangles, np.uint32) + at for (_, s), at in zip(static, starts, strict=False)]
-            self.static = TriangleScene(np.concatenate(vertices), np.concatenate(triangles))
-        self._masks: dict[bytes, np.ndarray] = {}
-
-    def left_out(self, surfaces: np.ndarray) -> np.ndarray | None:
-        """Which of some surfaces (m,) are excluded, (m,) bool; None if no surface is."""
-        if not self.skip:
-            return None
-        key = surfaces.tobytes()
-        if key not in self._masks:
-            self._masks[key] = np.isin(surfaces, list(self.skip))
-        return self._masks[key]
-
-    def cast(
-        self, static: TriangleScene, rays: RayBundle, start: np.ndarray, threads: int, *, uv: bool
-    ) -> tuple[TriangleHits, bool]:
-        """Hits of rays from `start` (3,) float32 on static geometry, and whether they are kept.
-
-        From the second time on that the same rays come from the same place, their hits are kept: a stationary sensor
-        does not cast at static geometry again.
-        """
-        memory = rays.memory
-        cast = self._number, start.tobytes(), len(rays.table), uv
-        again = memory is not None and memory.cast == cast
-        if again and memory is not None and memory.met is not None:
-            return memory.met, True
-        rays.start_at(start)
-        found = static.cast(rays.table, threads, uv=uv)
-        if self._enclosed is not None:
-            for first, part in rays.each():
-                self._enclosed.correct(static, part, found.some(slice(first, first + len(part.table))), threads)
-        if memory is not None:
-            memory.cast, memory.met = cast, found if again else None
-        return found, again

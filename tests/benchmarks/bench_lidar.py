@@ -33,8 +33,9 @@ from sensors.lidar.pattern import firing_pattern
 from sensors.lidar.prim import write_config
 from sensors.prim import read_exclude, write_aux_level, write_exclude
 from sensors.raycast.rays import RayBundle
+from sensors.raycast.standing import excluded
 from sensors.raycast.windows import RayGrid
-from sensors.raycast.world import CastWorld, excluded
+from sensors.raycast.world import CastWorld
 from sensors.sensor_types import sensor_types
 
 Triangles = tuple[np.ndarray, np.ndarray]

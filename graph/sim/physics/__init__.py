@@ -58,11 +58,12 @@ def build_physics(
     warn: Warn = ignore_warning,
     scan: Scan | None = None,
     mjcf: ModelScene | None = None,
+    prune: bool = True,
 ) -> PhysicsEngine | None:
     """An engine with the stage's dynamics and steps of `dt` [s], in the state of the stage; None if nothing can move.
 
-    mjcf: the model that the stage mirrors; it is simulated unchanged, together with the stage's other bodies and
-    colliders. Raises UserError if the engine refuses the scene.
+    Without `prune` there is always one. mjcf: the model that the stage mirrors; it is simulated unchanged, together
+    with the stage's other bodies and colliders. Raises UserError if the engine refuses the scene.
     """
     from graph.sim.scene.scan import scan_stage
 
@@ -73,14 +74,14 @@ def build_physics(
         mjcf.settle(warn)
     scan = scan or scan_stage(stage)
     moves = scan.dynamic or (mjcf is not None and mjcf.moves)
-    if not moves and not scan.soft:
+    if prune and not moves and not scan.soft:
         return None
     from .read_forces import start_surfaces
     from .read_world import read_world
     from .start_checks import tell_start
 
     world = read_world(scan, warn)
-    if not moves and not world.softs:
+    if prune and not moves and not world.softs:
         return None
     physics = engine(world, dt, meters_per_unit=scan.meters_per_unit, fidelity=fidelity, warn=warn, mjcf=mjcf)
     start_surfaces(physics, warn)

@@ -1,0 +1,204 @@
+"""Standing geometry: one scene for all rays about a place, without what is excluded or out of their reach."""
+
+from __future__ import annotations
+
+import itertools
+from collections import OrderedDict
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from graph.sim.geometry.surfaces import Mesh, Plane, Solid
+
+from .enclosed import Enclosed, enclosing
+from .nearest import Nearest
+from .rays import NO_SURFACE, RayBundle
+from .regions import Regions
+from .triangles import TriangleHits, TriangleScene, shared_scene
+
+KEPT_SCENES = 32
+"""Scenes kept; the least recently used is dropped first."""
+IDLE_CASTS = 128
+"""Casts after which a scene of a part of the world that none of them used makes room for another: a sensor has left."""
+
+_numbers = itertools.count()
+
+
+def excluded(path: str, exclude: frozenset[str]) -> bool:
+    """Whether a surface is an excluded prim, is below one, or is a copy of one (a point instancer)."""
+    return any(path == other or path.startswith((f"{other}/", f"{other}[")) for other in exclude)
+
+
+class Standing:
+    """The surfaces of a world that neither move nor deform, and the scenes made of them.
+
+    surfaces: of the whole world; stands: which of them (s,) bool belong here; formulas: whether rays meet solids by
+    their closed forms. prune: leaves out of a scene what its rays do not reach, and takes scenes that this process has
+    already.
+    """
+
+    def __init__(
+        self,
+        surfaces: Sequence[Mesh | Plane],
+        stands: Sequence[bool],
+        *,
+        formulas: bool,
+        prune: bool,
+    ) -> None:
+        self.surfaces, self.formulas, self._prune = surfaces, formulas, prune
+        self.numbers = [number for number, one in enumerate(stands) if one]
+        """The standing surfaces."""
+        self._sets: OrderedDict[tuple[bytes, frozenset[str], bytes | None], StandingScene] = OrderedDict()
+        self._casts = 0
+
+    def scenes(
+        self, anchor: np.ndarray, exclude: frozenset[str], origin: np.ndarray, reach: float
+    ) -> tuple[StandingScene, ...]:
+        """The scene for rays about `origin`, around an anchor, both (3,) float64 [m].
+
+        Without pruning a second scene has the surfaces beyond their reach [m], if there are any.
+        """
+        self._casts += 1
+        within = self._regions.within(origin, reach)
+        near = self._scene(anchor, exclude, within)
+        if self._prune or within is None:
+            return (near,)
+        beyond = np.logical_not(np.frombuffer(within, bool)).tobytes()
+        return near, self._scene(anchor, exclude, beyond)
+
+    def mesh(self, number: int) -> Mesh:
+        """A standing surface."""
+        found = self.surfaces[number]
+        assert isinstance(found, Mesh)
+        return found
+
+    def build(self, vertices: np.ndarray, triangles: np.ndarray) -> TriangleScene:
+        """A scene of triangles (m, 3) uint32 with vertices (v, 3) float32."""
+        return (shared_scene if self._prune else TriangleScene)(vertices, triangles)
+
+    @cached_property
+    def _regions(self) -> Regions:
+        boxes = []
+        for number in self.numbers:
+            one = self.mesh(number)
+            if self.formulas and isinstance(one, Solid):
+                boxes.append(one.form.bounds())
+            else:
+                ends = one.vertices.min(axis=0, initial=np.inf), one.vertices.max(axis=0, initial=-np.inf)
+                boxes.append(ends)
+        return Regions(np.array(boxes, np.float64).reshape(-1, 2, 3))
+
+    def _scene(self, anchor: np.ndarray, exclude: frozenset[str], within: bytes | None) -> StandingScene:
+        key = (anchor.tobytes(), exclude, within)
+        found = self._sets.get(key)
+        if found is None:
+            self._make_room()
+            found = self._sets[key] = StandingScene(self, anchor, exclude, within)
+        else:
+            self._sets.move_to_end(key)
+        found.used = self._casts
+        return found
+
+    def _make_room(self) -> None:
+        for key in [key for key, one in self._sets.items() if key[2] and one.used < self._casts - IDLE_CASTS]:
+            del self._sets[key]
+        while len(self._sets) >= KEPT_SCENES:
+            self._sets.popitem(last=False)
+
+
+class StandingScene:
+    """The scene of some standing surfaces about one anchor.
+
+    exclude: prims that are left out; within: which of the standing surfaces are in it, as of a bool array, None: all.
+    """
+
+    def __init__(
+        self, standing: Standing, anchor: np.ndarray, exclude: frozenset[str], within: bytes | None = None
+    ) -> None:
+        surfaces = standing.surfaces
+        self.used = 0
+        """Number of the last cast that used it."""
+        self._number = next(_numbers)  # distinguishes it from all others, also from deleted ones
+        self.skip = frozenset(i for i, s in enumerate(surfaces) if exclude and excluded(str(s.path), exclude))
+        """All surfaces that are excluded, standing or not."""
+        near = [True] * len(standing.numbers) if within is None else np.frombuffer(within, bool)
+        numbers = [
+            number
+            for number, in_reach in zip(standing.numbers, near, strict=True)
+            if in_reach and number not in self.skip and len(standing.mesh(number).triangles)
+        ]
+        if standing.formulas:
+            numbers.sort(key=lambda number: isinstance(surfaces[number], Solid))  # the solids' triangles come last
+        meshes = [standing.mesh(number) for number in numbers]
+        solids = [one for one in meshes if standing.formulas and isinstance(one, Solid)]
+        flat = meshes[: len(meshes) - len(solids)]
+        self.static: TriangleScene | None = None
+        """Its triangles; None without any."""
+        counts = [len(one.triangles) for one in meshes]
+        self.triangles = sum(counts)
+        self._enclosed = Enclosed(solids, sum(counts[: len(flat)])) if solids else None
+        self.starts = np.zeros(max(len(surfaces), 1), np.uint32)
+        """(s,), the first triangle of each surface."""
+        self.starts[numbers] = np.cumsum([0, *counts])[:-1]
+        self.surface_of = np.concatenate(
+            [np.repeat(np.array(numbers, np.int32), counts), np.arange(len(surfaces), dtype=np.int32), [NO_SURFACE]],
+            dtype=np.int32,
+        )
+        """The surface of each triangle, then all surfaces, then `NO_SURFACE`."""
+        if meshes:
+            places = [*(np.asarray(one.vertices, np.float64) for one in flat), *enclosing(solids)]
+            vertices = [(place - anchor).astype(np.float32) for place in places]
+            starts = np.cumsum([0, *(len(v) for v in vertices)]).astype(np.uint32)
+            triangles = [np.asarray(s.triangles, np.uint32) + at for s, at in zip(meshes, starts, strict=False)]
+            self.static = standing.build(np.concatenate(vertices), np.concatenate(triangles))
+        self._masks: dict[bytes, np.ndarray] = {}
+
+    def left_out(self, surfaces: np.ndarray) -> np.ndarray | None:
+        """Which of some surfaces (m,) are excluded, (m,) bool; None if no surface is."""
+        if not self.skip:
+            return None
+        key = surfaces.tobytes()
+        if key not in self._masks:
+            self._masks[key] = np.isin(surfaces, list(self.skip))
+        return self._masks[key]
+
+    def cast(
+        self, static: TriangleScene, rays: RayBundle, start: np.ndarray, threads: int, *, uv: bool
+    ) -> tuple[TriangleHits, bool]:
+        """Hits of rays from `start` (3,) float32 on static geometry, and whether they are kept.
+
+        From the second time on that the same rays come from the same place, their hits are kept: a stationary sensor
+        does not cast at static geometry again.
+        """
+        memory = rays.memory
+        cast = self._number, start.tobytes(), len(rays.table), uv
+        again = memory is not None and memory.cast == cast
+        if again and memory is not None and memory.met is not None:
+            return memory.met, True
+        rays.start_at(start)
+        found = static.cast(rays.table, threads, uv=uv)
+        if self._enclosed is not None:
+            for first, part in rays.each():
+                self._enclosed.correct(static, part, found.some(slice(first, first + len(part.table))), threads)
+        if memory is not None:
+            memory.cast, memory.met = cast, found if again else None
+        return found, again
+
+    def add_beyond(self, rays: RayBundle, start: np.ndarray, threads: int, nearest: Nearest) -> None:
+        """Adds what rays from `start` (3,) float32 hit here to the hits of another scene of the same surfaces."""
+        if self.static is None:
+            return
+        found, _ = self.cast(self.static, replace(rays, memory=None), start, threads, uv=nearest.with_spots)
+        hit = np.flatnonzero(np.isfinite(found.distance))
+        surfaces = np.take(self.surface_of, found.triangle[hit])
+
+        def spots(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            assert found.uv is not None
+            return found.triangle[hit[rows]] - self.starts[surfaces[rows]], found.uv[hit[rows]]
+
+        def normals(rows: np.ndarray) -> np.ndarray:
+            return np.asarray(found.normals[hit[rows]])
+
+        nearest.add_some(hit, found.distance[hit], surfaces.astype(np.uint32), normals, spots, once=True)
