@@ -59,19 +59,19 @@ def surface_velocities(app: App, sensor_path: str, in_world: bool) -> Velocities
         lever = levers()
         found = np.zeros((3, len(moving)), np.float32)
         if len(moving):
-            twists = _twists_at(app, world.bodies, origin, poses)
+            twists = twists_at(app, world.bodies, origin, poses)
             found = _at([np.take(column, body[moving]) for column in twists], np.take(lever, moving, axis=1))
         if carrier is None:
             return moving, found.T
         twist = None if own is None else own()
-        relative = -_at(list(_twists_at(app, (carrier,), origin, poses)[:, 0] if twist is None else twist), lever)
+        relative = -_at(list(twists_at(app, (carrier,), origin, poses)[:, 0] if twist is None else twist), lever)
         relative[:, moving] += found
         return np.arange(len(surfaces)), relative.T
 
     return measure
 
 
-def _twists_at(app: App, bodies: tuple[str, ...], place: np.ndarray, poses: Any) -> np.ndarray:
+def twists_at(app: App, bodies: tuple[str, ...], place: np.ndarray, poses: Any) -> np.ndarray:
     """(6, n) float32 linear [m/s] and angular [rad/s] velocities, world axes, of bodies at a place (3,) float64 [m].
 
     As if each body extended to that place.

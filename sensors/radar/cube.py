@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -50,27 +51,43 @@ class Grid:
         """Range, velocity, azimuth and elevation."""
         return self.range_m, self.velocity, self.azimuth, self.height
 
-    def place(self, values: Sequence[np.ndarray]) -> tuple[np.ndarray | slice, np.ndarray, list[np.ndarray]]:
-        """Where values (4 of (k,)) lie: rows of those in the grid, their cells (m,) int64, they themselves, folded."""
+    def place(
+        self, values: Sequence[np.ndarray], angle: np.ndarray | None = None
+    ) -> tuple[np.ndarray | slice, np.ndarray, list[np.ndarray]]:
+        """Where values (4 of (k,)) lie: rows of those in the grid, their cells (m,) int64, they themselves, folded.
+
+        angle: their angle cells (k,) of `angles`, if known; the angles are then inside.
+        """
         values = list(values)
+        ranges, velocities, *angles = self.shape
         if np.abs(values[1]).max(initial=0.0) >= self.velocity.high:
             values[1] = folded(values[1], self.velocity.high)
-        if self.wraps_angles:
-            for axis, cells in ((2, self.azimuth), (3, self.height)):
+        if angle is None:
+            angle, *values[2:] = self.angles(*values[2:])
+        at = self.range_m.index(values[0])
+        inside = (at >= 0) & (at < ranges) & (angle >= 0)
+        cell = np.clip(self.velocity.index(values[1]), 0, velocities - 1)
+        cell *= ranges
+        cell += at
+        cell *= math.prod(angles)
+        cell += angle
+        if inside.all():
+            return slice(None), cell, values
+        rows = np.flatnonzero(inside)
+        return rows, cell[rows], [row[rows] for row in values]
+
+    def angles(self, azimuth: np.ndarray, height: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Numbers (k,) int64 of the angle cells of sines (k,), -1 outside the grid; and the sines, folded."""
+        values, index = [azimuth, height], []
+        inside = np.ones(len(azimuth), bool)
+        for axis, cells in enumerate((self.azimuth, self.height)):
+            if self.wraps_angles:
                 values[axis] = np.mod(values[axis] - cells.low, cells.high - cells.low) + cells.low
-        index, inside = [], np.ones(len(values[0]), bool)
-        for axis, (cells, row) in enumerate(zip(self.axes, values, strict=True)):
-            at = cells.index(row)
-            if axis == 1:
-                at = np.clip(at, 0, cells.count - 1)
-            else:
-                inside &= (at >= 0) & (at < cells.count)
+            at = cells.index(values[axis])
+            inside &= (at >= 0) & (at < cells.count)
             index.append(at)
-        rows: np.ndarray | slice = slice(None)
-        if not inside.all():
-            rows = np.flatnonzero(inside)
-            index, values = [at[rows] for at in index], [row[rows] for row in values]
-        return rows, self.number(index), values
+        number = index[0] * self.height.count + index[1]
+        return np.where(inside, number, -1), values[0], values[1]
 
     def number(self, index: Sequence[np.ndarray]) -> np.ndarray:
         """Numbers (k,) of cells by their places on the axes; those of one velocity lie together."""
@@ -121,7 +138,7 @@ def summed(grid: Grid, found: Arrivals) -> Part:
         power, values = added(found, values, [cells.width for cells in grid.axes])
         rows, cell, values = grid.place(values)
         return Part(cell, power[rows], np.stack(values), found.bounces)
-    rows, cell, values = grid.place(values)
+    rows, cell, values = grid.place(values, found.angle)
     groups, power = Groups(cell), power[rows]
     total = groups.sum(power)
     return Part(groups.keys, total, groups.means(values, power, total), found.bounces)

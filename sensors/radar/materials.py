@@ -56,21 +56,26 @@ class Reflections:
         smooth = [reflection(Medium(m.a, m.c, m.d, m.b, thickness=m.thickness), cosine, wavelength) for m in media]
         rough = [reflection(medium, cosine, wavelength) for medium in media]
         self._coherent = np.array(rough, np.complex64).reshape(-1)
+        self.strength = np.abs(self._coherent)
+        """Amplitudes without their phases, float32, by place."""
         lost = [np.abs(s) ** 2 - np.abs(r) ** 2 for s, r in zip(smooth, rough, strict=True)]
         self._diffuse = np.array(lost, np.float32).reshape(-1)
         self.scatters = bool((self._diffuse > 1e-6).any())
         """Whether any surface is rough."""
         self._of_surface = (which * STEPS).astype(np.int32) if len(materials) else np.zeros(1, np.int32)
 
-    def index(self, surfaces: np.ndarray, cosine: np.ndarray) -> np.ndarray:
-        """Places in the tables of surfaces (k,) met at a cosine (k,) of incidence."""
-        step = np.minimum((cosine * STEPS).astype(np.int32), STEPS - 1)
-        return np.asarray(np.take(self._of_surface, surfaces, mode="clip") + step)
+    def of_surfaces(self, surfaces: np.ndarray) -> np.ndarray:
+        """The first places (k,) int32 of surfaces (k,) in the tables."""
+        return np.asarray(np.take(self._of_surface, surfaces, mode="clip"))
+
+    def steps(self, cosine: np.ndarray) -> np.ndarray:
+        """Steps (k,) int32 of cosines (k,) of incidence from the first place of a surface."""
+        return np.asarray(np.minimum((cosine * STEPS).astype(np.int32), STEPS - 1))
 
     def coherent(self, index: np.ndarray) -> np.ndarray:
         """Amplitudes (k,) complex64."""
-        return np.asarray(self._coherent[index])
+        return np.asarray(np.take(self._coherent, index))
 
     def diffuse(self, index: np.ndarray) -> np.ndarray:
         """Shares of the power (k,) float32."""
-        return np.asarray(self._diffuse[index])
+        return np.asarray(np.take(self._diffuse, index))

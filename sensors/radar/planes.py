@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from graph.sim.geometry.surfaces import Mesh, Plane
-from sensors.raycast.rays import Hits
-from sensors.raycast.world import CastWorld
+from sensors.raycast.rays import NOTHING, Hits
+from sensors.raycast.world import CastWorld, excluded
 
 NO_PLANE = -1
 SMOOTH = np.cos(np.deg2rad(40.0))
@@ -201,8 +201,8 @@ def _around_poles(corners: np.ndarray, plane: np.ndarray, normal: np.ndarray) ->
 class WorldPlanes:
     """The planes of a cast world, numbered through all surfaces; where they are in one state of it.
 
-    normal, offset, middle, axes: as `Faces` has them, in the world's axes [m]; curved, spread, extent, surface: of each
-    plane. any_curved: whether any is.
+    normal, offset, middle, axes: as `Faces` has them, in the world's axes [m]; curved, spread, extent, surface, body:
+    of each plane. any_curved: whether any is.
     """
 
     def __init__(self, world: CastWorld) -> None:
@@ -224,13 +224,14 @@ class WorldPlanes:
             for name, shape, dtype in (("curved", 0, bool), ("spread", (0, 2, 2), float), ("extent", (0, 2, 2), float))
         )
         self.any_curved = bool(self.curved.any())
-        self._body = world.body_of[self.surface] if len(faces) else np.zeros(0, np.int32)
-        self._moving = np.flatnonzero(self._body >= 0)
+        self.body = np.append(world.body_of[self.surface] if len(faces) else [], -1).astype(np.int64)
+        self._moving = np.flatnonzero(self.body >= 0)
         self.normal, self.offset = self._normal.copy(), self._offset.copy()
         self.middle, self.axes = self._middle.copy(), self._axes.copy()
         self._poses: np.ndarray = np.zeros((0, 4, 4))
         self._lobes: dict[float, np.ndarray] = {}
         self._numbers: tuple[np.ndarray, np.ndarray] | None = None
+        self._seen: dict[frozenset[str], np.ndarray] = {}
 
     @property
     def columns(self) -> np.ndarray:
@@ -269,7 +270,7 @@ class WorldPlanes:
         rows = self._moving
         self._poses = poses
         if len(rows):
-            pose = poses[self._body[rows]]
+            pose = poses[self.body[rows]]
             turn = pose[:, :3, :3]
             self.normal[rows] = np.einsum("pij,pj->pi", turn, self._normal[rows])
             self.axes[rows] = np.einsum("pij,paj->pai", turn, self._axes[rows])
@@ -277,20 +278,30 @@ class WorldPlanes:
             self.offset[rows] = self._offset[rows] + np.einsum("pi,pi->p", self.normal[rows], pose[:, :3, 3])
         return self
 
-    @property
-    def by_spots(self) -> bool:
-        """Whether hits need their spots, to tell the planes of meshes that move."""
-        return bool(len(self._moving)) or bool(self._world.deforming.any())
+    def bodies_seen(self, exclude: frozenset[str]) -> np.ndarray:
+        """The numbers (m,) of the bodies that carry anything that is not excluded."""
+        if exclude not in self._seen:
+            world = self._world
+            carry = [
+                body
+                for surface, body in zip(world.surfaces, world.body_of.tolist(), strict=False)
+                if body >= 0 and not excluded(str(surface.path), exclude)
+            ]
+            self._seen[exclude] = np.unique(np.array(carry, np.int64))
+        return self._seen[exclude]
 
-    def of_hits(self, hits: Hits, rows: np.ndarray) -> np.ndarray:
-        """The plane of each of the hits `rows` (k,), (k,) int64; `NO_PLANE` where none is known (what deforms)."""
-        found = np.take(self._table(hits), hits.number[rows], mode="clip")
-        unknown = np.flatnonzero(found == NO_PLANE)
-        if len(unknown) and hits.spots is not None:
-            surface, triangle = hits.surfaces(rows[unknown]), hits.spots.triangle[rows[unknown]]
+    def of_hits(self, hits: Hits, rows: np.ndarray | slice) -> np.ndarray:
+        """The plane of each of the hits `rows` (k,), (k,) int64; `NO_PLANE` where none is known: of what deforms, and
+        where nothing is hit.
+        """
+        number = hits.number[rows]
+        found = np.take(self._table(hits), number, mode="clip")
+        if hits.spots is not None:
+            unknown = np.flatnonzero((found == NO_PLANE) & (number != NOTHING))
+            triangle = hits.spots.triangle[rows][unknown]
+            surface = np.take(hits.surface_of, number[unknown])
             rigid = np.flatnonzero((self._world.body_of[surface] >= 0) & ~self._world.deforming[surface])
-            place = self._triangles[surface[rigid]] + triangle[rigid]
-            found[unknown[rigid]] = self._of_triangle[place]
+            found[unknown[rigid]] = self._of_triangle[self._triangles[surface[rigid]] + triangle[rigid]]
         return np.asarray(found)
 
     def _table(self, hits: Hits) -> np.ndarray:

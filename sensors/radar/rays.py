@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -22,37 +21,47 @@ SHARE = 4
 class Tubes:
     """Rays as tubes that fill a solid angle, in the sensor frame; n of them.
 
-    directions: (3, n) float64 unit. azimuth: (n,) sines of their azimuths. width, height: (n,) angles across and up
-    [rad]. solid: (n,) solid angles [sr]. owner: (n,) int32, the only surface whose hits count, or -1 for all. leads:
-    (n,) bool, the rays that are followed on after a reflection, each for `stride` x `stride` of them. sends, hears:
-    (n,) gains of the antennas along the rays.
+    directions: (3, n) float64 unit. azimuth, elevation: (n,) sines of the angles. width, height: (n,) angles across and
+    up [rad]. solid: (n,) solid angles [sr]. sends, hears: (n,) gains of the antennas along the rays. weight: (n,)
+    solid x sends x hears. wide: (n,) how many tubes across, and up, each stands for once it was reflected; 0 of those
+    that are not followed. All but the directions are float32.
     """
 
     directions: np.ndarray
     azimuth: np.ndarray
+    elevation: np.ndarray
     width: np.ndarray
     height: np.ndarray
     solid: np.ndarray
-    owner: np.ndarray
-    leads: np.ndarray
     sends: np.ndarray
     hears: np.ndarray
-    stride: int = 1
+    weight: np.ndarray
+    wide: np.ndarray
 
-    def thinned(self) -> Tubes:
-        """The tubes of the rays that lead, as wide as what each stands for; numbered as all are."""
-        if self.stride == 1:
-            return self
-        wide = self.stride
-        width, height, solid = self.width * wide, self.height * wide, self.solid * wide**2
-        return replace(self, width=width, height=height, solid=solid, stride=1)
+    def __len__(self) -> int:
+        return len(self.solid)
 
-    def tangents(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Unit vectors (3, k) across (growing azimuth) and up of some rays."""
-        x, y, z = self.directions[:, rows]
-        level = np.hypot(x, y)
-        zero = np.zeros_like(level)
-        return np.stack((-y / level, x / level, zero)), np.stack((-z * x / level, -z * y / level, level))
+    def with_room(self, more: int) -> Tubes:
+        """The same at the begin of arrays with room for more."""
+        columns = (getattr(self, each.name) for each in fields(self))
+        return Tubes(*(np.concatenate((one, np.empty((*one.shape[:-1], more), one.dtype)), -1) for one in columns))
+
+    def and_more(self, count: int, more: Tubes) -> Tubes:
+        """The first `count`, and more after them, in the room of these."""
+        whole = {}
+        for each in fields(self):
+            column = getattr(self, each.name)[..., : count + len(more)]
+            column[..., count:] = getattr(more, each.name)
+            whole[each.name] = column
+        return Tubes(**whole)
+
+    def tangential(self, rows: np.ndarray, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The components (k,) of vectors (3, k) in the sensor frame across (growing azimuth) and up of some rays."""
+        x, y, z = (np.take(column, rows) for column in self.directions)
+        level = np.sqrt(1.0 - z * z)
+        across = (x * vectors[1] - y * vectors[0]) / level
+        up = vectors[2] * level - (x * vectors[0] + y * vectors[1]) * (z / level)
+        return across, up
 
 
 def grid(
@@ -62,10 +71,12 @@ def grid(
     up: int,
     antenna: Antenna,
     *,
-    owner: int = -1,
     stride: int = 1,
 ) -> Tubes:
-    """Equal steps of azimuth and elevation [rad] between two ends; the middle of each is a ray."""
+    """Equal steps of azimuth and elevation [rad] between two ends; the middle of each is a ray.
+
+    stride: every so many are followed after a reflection, across and up.
+    """
     da, de = (azimuth[1] - azimuth[0]) / across, (elevation[1] - elevation[0]) / up
     a = azimuth[0] + (np.arange(across) + 0.5) * da
     e = elevation[0] + (np.arange(up) + 0.5) * de
@@ -74,27 +85,31 @@ def grid(
     np.multiply(level[:, None], np.cos(a), out=directions[0])
     np.multiply(level[:, None], sine, out=directions[1])
     directions[2] = np.sin(e)[:, None]
-    count = across * up
-    flat = directions.reshape(3, count)
+    flat = directions.reshape(3, up * across)
+    followed = (np.arange(up) % stride == 0)[:, None] & (np.arange(across) % stride == 0)
+    solid = _rows(da * (np.sin(e + de / 2) - np.sin(e - de / 2)), across)
+    sends, hears = (np.asarray(gain(flat), np.float32) for gain in (antenna.sends, antenna.hears))
     return Tubes(
         flat,
-        np.tile(sine, up),
-        np.repeat(da * level, across),
-        np.full(count, de),
-        np.repeat(da * (np.sin(e + de / 2) - np.sin(e - de / 2)), across),
-        np.full(count, owner, np.int32),
-        ((np.arange(up) % stride == 0)[:, None] & (np.arange(across) % stride == 0)).ravel(),
-        antenna.sends(flat),
-        antenna.hears(flat),
-        stride,
+        np.tile(sine.astype(np.float32), up),
+        _rows(np.sin(e), across),
+        _rows(da * level, across),
+        np.full(up * across, de, np.float32),
+        solid,
+        sends,
+        hears,
+        solid * sends * hears,
+        np.where(followed, np.float32(stride), np.float32(0)).ravel(),
     )
 
 
+def _rows(values: np.ndarray, across: int) -> np.ndarray:
+    return np.repeat(values.astype(np.float32), across)
+
+
 def joined(parts: list[Tubes]) -> Tubes:
-    """Several bundles as one."""
-    names = ("directions", "azimuth", "width", "height", "solid", "owner", "leads", "sends", "hears")
-    found: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names}
-    return Tubes(**found)
+    """Several as one."""
+    return Tubes(*(np.concatenate([getattr(part, each.name) for part in parts], -1) for each in fields(Tubes)))
 
 
 def windows(
@@ -121,8 +136,9 @@ def windows(
 
 def finer(
     found: list[tuple[int, tuple[float, float], tuple[float, float]]], rays: int, antenna: Antenna
-) -> Tubes | None:
-    """A grid over each window, of square steps as far as whole numbers of them allow; None for no window.
+) -> tuple[Tubes, np.ndarray] | None:
+    """A grid over each window, of square steps as far as whole numbers of them allow, and the numbers (n,) int32 of
+    the windows of its rays; None for no window.
 
     rays: of the fan. Windows beyond their `SHARE` are left out, and keep the rays of the fan.
     """
@@ -132,8 +148,9 @@ def finer(
         return None
     each = min(MOST_EACH, budget // len(found))
     parts = []
-    for number, azimuth, elevation in found:
+    for _, azimuth, elevation in found:
         wide, tall = azimuth[1] - azimuth[0], elevation[1] - elevation[0]
         across = int(np.clip(round(float(np.sqrt(each * wide / tall))), 1, each))
-        parts.append(grid(azimuth, elevation, across, max(1, each // across), antenna, owner=number))
-    return joined(parts)
+        parts.append(grid(azimuth, elevation, across, max(1, each // across), antenna))
+    owner = np.repeat(np.array([number for number, *_ in found], np.int32), [len(part) for part in parts])
+    return joined(parts), owner

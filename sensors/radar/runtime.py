@@ -19,7 +19,7 @@ from graph.sim.geometry.surfaces import Mesh
 from graph.sim.renderer.schedule import EveryUpdate, Tick
 from sensors.frame import cartesian, spherical
 from sensors.gmo import ElementFlags
-from sensors.motion.velocities import surface_velocities
+from sensors.motion.velocities import twists_at
 from sensors.output_frame import custom_frame
 from sensors.raycast.rays import RayBundle, RayMemory
 from sensors.raycast.shared import cast_world, surface_materials
@@ -32,12 +32,13 @@ from .antenna import Antenna
 from .config import MOST_BOUNCES, RadarConfig, ScanConfig
 from .cube import Cube, Grid, as_chirps_give, merged
 from .detector import Detections, detections, limits
+from .images import Twists
 from .materials import Reflections
 from .names import PRIM_TYPE
 from .noise import Noise
 from .planes import planes_of
 from .prim import read_config
-from .rays import Tubes, finer, grid, windows
+from .rays import SHARE, Tubes, finer, grid, windows
 from .tracing import Each, Tracer
 from .waves import Setting
 
@@ -58,18 +59,19 @@ KEPT_CUBES = 4
 
 @dataclass(slots=True)
 class _Fan:
-    """The rays of a scan, ready to cast: the tubes, their table and its columns in the world's axes.
+    """The rays of a scan, ready to cast: the tubes, with room for finer ones, their angle cells, their table and its
+    columns in the world's axes.
 
     cubes: what they brought back while nothing moved since the state `standing`.
     """
 
     tubes: Tubes
+    angle: np.ndarray
     table: np.ndarray
     columns: np.ndarray
     grid: RayGrid
     memory: RayMemory
     step: float
-    directions: np.ndarray
     turned_by: bytes = b""
     standing: tuple[Any, ...] | None = None
     cubes: dict[Grid, Cube] = field(default_factory=dict)
@@ -78,8 +80,7 @@ class _Fan:
         """Points the rays as the sensor is turned."""
         key = rotation.tobytes()
         if key != self.turned_by:
-            self.directions = rotation @ self.tubes.directions
-            self.columns[:] = self.directions
+            self.columns[:] = rotation @ self.tubes.directions[:, : len(self.angle)]
             self.table[:, 3:6] = self.columns.T
             self.turned_by = key
             self.grid.rotation = rotation
@@ -179,13 +180,18 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
         )
         with _workers(setting.world.threads) as each:
             tracer = Tracer(setting, grid, each)
-            parts = tracer.parts(fan.tubes, bundle, small, fan.directions)
+            beams = [tracer.beam(0, bundle, fan.angle, skip=small)]
+            tubes = fan.tubes
             if close is not None:
-                table = np.zeros((len(close.solid), 6), np.float32)
-                directions = rotation @ close.directions
-                table[:, 3:6] = directions.T
-                bundle = RayBundle(origin, table, exclude=self.exclude, reach=setting.seen)
-                parts += tracer.parts(close, bundle, None, directions)
+                tubes, owner = close
+                columns = (rotation @ tubes.directions).astype(np.float32)
+                table = np.empty((len(tubes), 6), np.float32)
+                table[:, 3:6] = columns.T
+                bundle = RayBundle(origin, table, exclude=self.exclude, reach=setting.seen, columns=columns)
+                angle, *_ = grid.angles(tubes.azimuth, tubes.elevation)
+                beams.append(tracer.beam(len(fan.angle), bundle, angle, owner=owner))
+                tubes = fan.tubes.and_more(len(fan.angle), tubes)
+            parts = tracer.parts(tubes, beams)
         return merged(grid, parts)
 
     def _standing(self, setting: Setting) -> tuple[Any, ...] | None:
@@ -213,7 +219,7 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
             world=world,
             planes=planes_of(world).at(np.zeros((0, 4, 4)) if bodies is None else bodies),
             reflections=world.cache[key],
-            velocities=surface_velocities(app, self.path, False),
+            twists=self._twists(world, tick.poses),
             antenna=self._antenna(scan),
             reach=scan.max_range_m,
             bounces=self._bounces,
@@ -222,26 +228,34 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
             exclude=self.exclude,
         )
 
+    def _twists(self, world: CastWorld, poses: Any) -> Twists:
+        app, place = self._app, self.pose(poses)[:3, 3]
+        carrier, state = app.fabric.body_of(self.path), poses or app.fabric.capture()
+        bodies = twists_at(app, (*world.bodies, *((carrier,) if carrier else ())), place, state).T.astype(np.float64)
+        return Twists.of(bodies[: len(world.bodies)], bodies[-1] if carrier else None)
+
     def _fan(self, number: int) -> _Fan:
         if number not in self._fans:
             scan = self.config.scans[number]
             across, up = scan.grid(self._app.fidelity.radar_rays)
             limit = scan.azimuth_limit
             tubes = grid((-limit, limit), scan.elevations, across, up, self._antenna(scan), stride=STRIDE)
-            count = len(tubes.solid)
+            count = len(tubes)
             self._fans[number] = _Fan(
-                tubes,
+                tubes.with_room(count // SHARE),
+                Grid.of(scan, 0).angles(tubes.azimuth, tubes.elevation)[0],
                 np.zeros((count, 6), np.float32),
                 np.zeros((3, count), np.float32),
                 RayGrid(tubes.directions.T),
                 RayMemory(),
                 2 * limit / across,
-                tubes.directions,
             )
         return self._fans[number]
 
-    def _close_looks(self, setting: Setting, scan: ScanConfig, fan: _Fan) -> tuple[Tubes | None, np.ndarray]:
-        """Finer rays over what the fan would meet with few, and which surfaces (s,) those are, bool."""
+    def _close_looks(
+        self, setting: Setting, scan: ScanConfig, fan: _Fan
+    ) -> tuple[tuple[Tubes, np.ndarray] | None, np.ndarray]:
+        """Finer rays over what few rays of the fan meet, the surface (n,) of each; and which those are, (s,) bool."""
         world = setting.world
         small = np.zeros(len(world.surfaces) + 1, bool)  # one more, for a miss
         boxes = _boxes(world, self.exclude)
@@ -256,9 +270,9 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
             local[moving] = np.einsum("sij,scj->sci", pose[:, :3, :3], boxes[moving]) + pose[:, None, :3, 3]
         corners = (local - setting.pose[:3, 3]) @ setting.pose[:3, :3]
         found = windows(corners, scan.azimuth_limit, scan.elevations, fan.step, setting.reach)
-        close = finer(found, len(fan.tubes.solid), setting.antenna)
+        close = finer(found, len(fan.angle), setting.antenna)
         if close is not None:
-            small[np.unique(close.owner)] = True
+            small[np.unique(close[1])] = True
         return close, small
 
     def _arrays(self, found: Detections, scan: ScanConfig, tick: Tick) -> dict[str, np.ndarray]:

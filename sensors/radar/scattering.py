@@ -20,7 +20,7 @@ import numpy as np
 
 from .planes import NO_PLANE
 from .rays import Tubes
-from .waves import Met, Setting, dot, face_keys, tangents
+from .waves import Met, Setting, dot, face_keys, tangential
 
 MIRROR = 0.7
 """Least cosine between a face's normal and the middle of the ways in and back: physical optics is good to about 40 deg
@@ -39,7 +39,7 @@ class Arrivals:
     range_m: half the way [m]. velocity: half its rate [m/s], positive where it grows. azimuth, height: sines of azimuth
     and elevation that it arrives from. power: (k,) [W]. field: (k,) complex [sqrt(W)], where they add up as fields;
     group: (k,) uint64 then, equal for those that do. zone: (k,) angles that the first Fresnel zone takes up then [rad].
-    bounces: faces on the way.
+    angle: (k,) int64, the angle cells, if they are known (`Grid.angles`). bounces: faces on the way.
     """
 
     range_m: np.ndarray
@@ -50,55 +50,55 @@ class Arrivals:
     field: np.ndarray | None = None
     group: np.ndarray | None = None
     zone: np.ndarray | None = None
+    angle: np.ndarray | None = None
     bounces: int = 1
 
     @classmethod
     def together(cls, parts: list[Arrivals]) -> Arrivals:
         """Several of the same bounce and kind as one."""
-        names = [one.name for one in fields(cls) if one.name != "bounces"]
+        names = [one.name for one in fields(cls) if one.name not in ("angle", "bounces")]
         columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
         return cls(**columns, bounces=parts[0].bounces)
 
 
 def again(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
-    """What rough faces send back along the way on which the wave came."""
+    """What rough faces, met after others, send back along the way on which the wave came."""
     if not setting.reflections.scatters:
         return
-    gain = np.take(tubes.sends * tubes.hears, met.waves.row)
-    power = _scattered(setting, tubes, met) * gain * met.cosine / met.way**2
+    power = _scattered(setting, tubes.weight, tubes, met)
+    power *= (met.cosine / met.way**2).astype(np.float32)
+    power *= met.way < setting.seen
     yield _with_power(met.way, met.rate_again(), *_own(tubes, met), power)
 
 
 def rough(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
-    """What rough faces send straight back; where others lie before them, by the two ways in both orders."""
+    """What rough faces, met after others, send straight back: by the two ways in both orders."""
     if not setting.reflections.scatters:
         return
-    row, rate, sent = met.waves.row, met.rate(), _scattered(setting, tubes, met)
-    sends, hears = np.take(tubes.sends, row), np.take(tubes.hears, row)
-    if met.waves.image is None:
-        power = sent * sends * hears * met.cosine / met.way**2
-        yield _with_power(met.way, rate, *_own(tubes, met), power)
-        return
+    row, rate, antenna = met.waves.row, met.rate(), setting.antenna
     back = _local(setting, met.back)
-    sent *= np.abs(dot(met.normal, met.back)) / met.out**2
-    yield _with_power(met.range_m, rate, _azimuth(back), back[2], sent * sends * setting.antenna.hears(back))
-    yield _with_power(met.range_m, rate, *_own(tubes, met), sent * hears * setting.antenna.sends(back))
+    sent = _scattered(setting, tubes.solid, tubes, met)
+    sent *= (np.abs(dot(met.normal, met.back)) / met.out**2).astype(np.float32)
+    first, second = sent * np.take(tubes.sends, row), sent * np.take(tubes.hears, row)
+    yield _with_power(met.range_m, rate, _azimuth(back), back[2], first * antenna.hears(back))
+    yield _with_power(met.range_m, rate, *_own(tubes, met), second * antenna.sends(back))
 
 
-def _scattered(setting: Setting, tubes: Tubes, met: Met) -> np.ndarray:
-    """What faces that scatter by Lambert's law send along their normals and receive at 1 m [W m^2], (k,); 0 of others.
+def _scattered(setting: Setting, solid: np.ndarray, tubes: Tubes, met: Met) -> np.ndarray:
+    """What faces that scatter by Lambert's law send along their normals and receive at 1 m [W m^2], (k,) float32.
 
-    Cross section 4 x share x area x cosines in and back.
+    Cross section 4 x share x area x cosines in and back. solid: (n,) of the tubes [sr], times gains.
     """
-    sent = setting.reflections.diffuse(met.table) * np.take(tubes.solid, met.waves.row)
-    sent *= 4.0 * setting.antenna.receives
+    sent = setting.reflections.diffuse(met.table) * np.take(solid, met.waves.row)
+    sent *= np.take(tubes.wide, met.waves.row) ** 2
+    sent *= np.float32(4.0 * setting.antenna.receives)
     left = met.waves.field
     return np.asarray(sent if left is None else sent * (left.real**2 + left.imag**2))
 
 
 def _own(tubes: Tubes, met: Met) -> tuple[np.ndarray, np.ndarray]:
     """Sines (k,) of the azimuths and elevations of the tubes."""
-    return np.take(tubes.azimuth, met.waves.row), np.take(tubes.directions[2], met.waves.row)
+    return np.take(tubes.azimuth, met.waves.row), np.take(tubes.elevation, met.waves.row)
 
 
 def _with_power(
@@ -106,31 +106,32 @@ def _with_power(
 ) -> Arrivals:
     """Arrivals, of those rows that have any power."""
     rows = np.flatnonzero(power)
-    columns = [range_m, velocity, azimuth, height, power]
-    if len(rows) < len(power):
-        columns = [one[: len(rows)] if one.strides[0] == 0 else np.take(one, rows) for one in columns]
-    range_m, velocity, azimuth, height, power = columns
-    return Arrivals(range_m, velocity, azimuth, height, power)
+
+    def some(one: np.ndarray) -> np.ndarray:
+        return one[: len(rows)] if one.strides[0] == 0 else np.take(one, rows).astype(np.float32, copy=False)
+
+    return Arrivals(some(range_m), some(velocity), some(azimuth), some(height), some(power))
 
 
 def curved(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
     """Faces of curved surfaces: the integral of the lobe over all directions is pi x area, however wide it is."""
     planes = setting.planes
-    if not planes.any_curved:
+    if not planes.any_curved or not len(met):
         return
     met = met.at(np.flatnonzero((met.plane != NO_PLANE) & planes.curved[met.plane]))
     if not len(met):
         return
     row, antenna, plane = met.waves.row, setting.antenna, met.plane
     across = np.einsum("pai,ip->pa", planes.axes[plane], _middle_ways(setting, met))
-    tube = tubes.width[row] * tubes.height[row] / 12.0
+    wide = _wide(tubes, met) ** 2
+    tube = tubes.width[row] * tubes.height[row] * (wide / 12.0)
     spread = planes.lobes(antenna.wavelength)[plane] + tube[:, None, None] * np.eye(2)
     inverse = np.linalg.inv(spread)
     lobe = np.exp(-0.5 * np.einsum("pa,pab,pb->p", across, inverse, across)) * np.sqrt(np.linalg.det(inverse))
     left = np.abs(met.waves.left(setting.reflections.coherent(met.table))) ** 2
     back = _local(setting, met.back)
     gain = np.take(tubes.sends, row) * antenna.hears(back)
-    power = antenna.receives * left * gain * tubes.solid[row] * lobe / (2.0 * met.cosine * met.out**2)
+    power = antenna.receives * left * gain * tubes.solid[row] * wide * lobe / (2.0 * met.cosine * met.out**2)
     yield Arrivals(met.range_m, met.rate(), _azimuth(back), back[2], power)
 
 
@@ -154,49 +155,55 @@ def flat(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
 
     The way is worked out in float64, down to a fraction of a wave; amplitudes and phases then are float32.
     """
-    met = met.at(_flat_rows(setting, tubes, met))
     if not len(met):
         return
     row, antenna, direction, back = met.waves.row, setting.antenna, met.waves.direction, met.back
-    azimuth, height = _own(tubes, met)
-    size = np.take(tubes.solid, row) * (math.sqrt(antenna.power) / (4.0 * math.pi))
+    wide = _wide(tubes, met)
+    size = np.take(tubes.solid, row) * wide**2
+    size *= np.float32(math.sqrt(antenna.power) / (4.0 * math.pi))
     gain = np.take(tubes.sends, row)
+    turning = met.way / met.slope
     if back is direction:
+        azimuth, height = _own(tubes, met)
         size *= np.sqrt(gain * np.take(tubes.hears, row))
+        growths = [each * turning * -2.0 for each in tangential(setting, tubes, met.waves, met.normal)]
     else:
         local = _local(setting, back)
         azimuth, height = _azimuth(local), local[2]
-        size *= np.sqrt(gain * antenna.hears(local)) * (met.way / met.out)
-    size = size.astype(np.float32)
-    turned = dot(back, direction)
-    for angle, tangent in zip((tubes.width, tubes.height), tangents(setting, tubes, met.waves), strict=True):
-        tilt = -dot(met.normal, tangent) / met.slope
-        growth = met.way * (tilt * (1.0 + turned) + dot(back, tangent))
-        size *= np.sinc((growth * np.take(angle, row) / antenna.wavelength).astype(np.float32))
+        size *= np.sqrt(gain * antenna.hears(local)) * (met.way / met.out).astype(np.float32)
+        turning *= 1.0 + dot(back, direction)
+        tilts, away = (tangential(setting, tubes, met.waves, each) for each in (met.normal, back))
+        growths = [met.way * one - turning * tilt for one, tilt in zip(away, tilts, strict=True)]
+    for angle, growth in zip((tubes.width, tubes.height), growths, strict=True):
+        growth /= antenna.wavelength
+        size *= np.sinc(growth.astype(np.float32) * (wide * np.take(angle, row)))
     way = met.way + met.out
     waves = way / antenna.wavelength
     turn = ((np.rint(waves) - waves) * (2.0 * np.pi)).astype(np.float32)
     left = met.waves.left(setting.reflections.coherent(met.table)) * size
-    field = left * (np.cos(turn) + np.complex64(1j) * np.sin(turn))
+    field = np.empty_like(left)
+    np.cos(turn, out=field.real)
+    np.sin(turn, out=field.imag)
+    field *= left
     power = field.real**2 + field.imag**2
-    found = Arrivals(met.range_m, met.rate(), azimuth, height, power)
-    found.field, found.group, found.zone = field, face_keys(met), np.sqrt(antenna.wavelength / way)
+    range_m, rate = met.range_m.astype(np.float32), met.rate()
+    found = Arrivals(range_m, rate if met.coming is None else rate.astype(np.float32), azimuth, height, power)
+    found.field, found.group = field, face_keys(met)
+    found.zone = np.sqrt((antenna.wavelength / way).astype(np.float32))
     yield found
 
 
-def _flat_rows(setting: Setting, tubes: Tubes, met: Met) -> np.ndarray:
-    """Rows of flat faces near their mirror reflection."""
-    first = met.waves.image is None
-    rows = np.flatnonzero(met.cosine > MIRROR) if first else np.flatnonzero(_mirrors(met))
-    if first:
-        row, cosine = np.take(met.waves.row, rows), np.take(met.cosine, rows)
-        size = np.maximum(np.take(tubes.width, row), np.take(tubes.height, row))
-        steep = np.take(met.way, rows) * size * (2.0 / setting.antenna.wavelength)
-        rows = rows[steep * np.sqrt(1.0 - np.minimum(cosine, 1.0) ** 2) < WIDEST * cosine]
+def _wide(tubes: Tubes, met: Met) -> np.ndarray | np.float32:
+    """How many tubes across each stands for, (k,) float32."""
+    return np.float32(1.0) if met.waves.image is None else np.take(tubes.wide, met.waves.row)
+
+
+def mirrored(setting: Setting, met: Met) -> np.ndarray:
+    """Rows of flat faces, met after others, that send a field back: near a mirror reflection."""
+    found = _mirrors(met)
     if setting.planes.any_curved:
-        plane = met.plane[rows]
-        rows = rows[(plane == NO_PLANE) | ~setting.planes.curved[plane]]
-    return rows
+        found &= (met.plane == NO_PLANE) | ~setting.planes.curved[met.plane]
+    return np.flatnonzero(found)
 
 
 def _mirrors(met: Met) -> np.ndarray:
@@ -207,7 +214,7 @@ def _mirrors(met: Met) -> np.ndarray:
 
 
 def facing(setting: Setting, met: Met) -> np.ndarray:
-    """Rows that send something straight back if nothing is in between: from the lit side, ahead of the radar."""
+    """Rows that send something straight back if nothing is in between: lit, ahead of the radar and within reach."""
     sends = _mirrors(met)
     if setting.reflections.scatters:
         sends |= setting.reflections.diffuse(met.table) > 0
@@ -215,14 +222,15 @@ def facing(setting: Setting, met: Met) -> np.ndarray:
         sends |= setting.planes.curved[met.plane] & (met.plane != NO_PLANE)
     sends &= dot(met.normal, met.back) * met.slope > 0
     sends &= setting.rotation[:, 0] @ met.back > 0
+    sends &= met.way + met.out < 2.0 * setting.seen
     return np.flatnonzero(sends)
 
 
 def _local(setting: Setting, directions: np.ndarray) -> np.ndarray:
-    """Directions (3, k) in the sensor frame."""
-    return np.asarray(setting.rotation.T @ directions)
+    """Directions (3, k) float32 in the sensor frame."""
+    return np.asarray(setting.rotation.T.astype(np.float32) @ directions.astype(np.float32))
 
 
 def _azimuth(local: np.ndarray) -> np.ndarray:
     """Sines (k,) of the azimuths of directions in the sensor frame."""
-    return np.asarray(local[1] / np.maximum(np.hypot(local[0], local[1]), 1e-12))
+    return np.asarray(local[1] / np.maximum(np.sqrt(local[0] ** 2 + local[1] ** 2), 1e-12))

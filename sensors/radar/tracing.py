@@ -12,11 +12,13 @@ import numpy as np
 from sensors.raycast.rays import RayBundle
 
 from .cube import Grid, Part, summed
+from .images import Images
+from .lit import Beam, bent, heights, leading, lit, mirrors, scattered
 from .rays import Tubes
-from .scattering import Arrivals, again, curved, facing, flat, rough
-from .waves import Met, Setting, Waves, first_waves, in_sight, meet, next_waves, reflected
+from .scattering import Arrivals, again, curved, facing, flat, mirrored, rough
+from .waves import Met, Sent, Setting, Waves, cast_first, first_waves, in_sight, meet, next_waves, reflected
 
-BLOCK = 32_768
+BLOCK = 65_536
 """Tubes that are worked on at once: their numbers fit into a core's cache."""
 
 Each = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
@@ -25,11 +27,11 @@ Each = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 
 @dataclass(slots=True)
 class _Block:
-    """What became of some tubes at one bounce: parts of the cube, fields, and waves that go on with their starts."""
+    """What became of some tubes at one bounce: parts of the cube, fields, and what goes on."""
 
     parts: list[Part]
     fields: list[Arrivals]
-    on: tuple[Waves, np.ndarray] | None
+    on: Sent | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,42 +42,69 @@ class Tracer:
     grid: Grid
     each: Each = map
 
-    def parts(self, tubes: Tubes, bundle: RayBundle, skip: np.ndarray | None, directions: np.ndarray) -> list[Part]:
-        """The parts of the cube that tubes bring; the arguments are those of `first_waves`."""
-        waves, hits, row = first_waves(self.setting, tubes, bundle, skip, directions)
-        thinned = tubes.thinned()
+    def beam(
+        self,
+        first: int,
+        bundle: RayBundle,
+        angle: np.ndarray,
+        *,
+        skip: np.ndarray | None = None,
+        owner: np.ndarray | None = None,
+    ) -> Beam:
+        """Casts the rays of a bundle, those of the tubes from `first` on; angle: their angle cells (`Grid.angles`).
+
+        skip: (s,) bool, surfaces that they do not meet first; owner: (n,), of each ray the only one it meets.
+        """
+        setting = self.setting
+        return Beam(first, bundle, angle, heights(setting, skip), owner, cast_first(setting, bundle))
+
+    def parts(self, tubes: Tubes, beams: list[Beam]) -> list[Part]:
+        """The parts of the cube that tubes bring."""
+        setting = self.setting
+        pieces = [piece for beam in beams for piece in beam.blocks(BLOCK)]
+        blocks = list(self.each(partial(self._first, tubes), pieces))
         found: list[Part] = []
-        for bounce in range(1, self.setting.bounces + 1):
+        fields: list[Arrivals] = []
+        images = Images.none()
+        for bounce in range(1, setting.bounces + 1):
+            found += [part for block in blocks for part in block.parts]
+            if any(block.fields for block in blocks):
+                fields.append(Arrivals.together([each for block in blocks for each in block.fields]))
+            on = [block.on for block in blocks if block.on is not None and len(block.on.row)]
+            if not on:
+                break
+            waves, hits, row = next_waves(setting, images, on)
+            images = waves.images
             if not len(row):
                 break
             rows = [row[start : start + BLOCK] for start in range(0, len(row), BLOCK)]
-            if bounce == 1:
-                blocks = list(self.each(partial(self._first, tubes, waves, hits), rows))
-            else:
-                met = list(self.each(partial(self._met, thinned, bounce, waves, hits), rows))
-                seen = self._seen([(each, towards) for each, towards, _ in met])
-                found += [part for *_, parts in met for part in parts]
-                jobs = [(each, at) for (each, *_), at in zip(met, seen, strict=True)]
-                blocks = list(self.each(partial(self._again, thinned, bounce), jobs))
-            found += [part for block in blocks for part in block.parts]
-            fields = [each for block in blocks for each in block.fields]
-            if fields:
-                found.append(summed(self.grid, Arrivals.together(fields)))
-            on = [block.on for block in blocks if block.on is not None and len(block.on[0].row)]
-            if not on:
-                break
-            waves, hits, row = next_waves(self.setting, on)
+            met = list(self.each(partial(self._met, tubes, bounce + 1, waves, hits), rows))
+            seen = self._seen([(each, towards) for each, towards, _ in met])
+            found += [part for *_, parts in met for part in parts]
+            jobs = [(each, at) for (each, *_), at in zip(met, seen, strict=True)]
+            blocks = list(self.each(partial(self._again, tubes, bounce + 1), jobs))
+        found += self.each(partial(summed, self.grid), fields)
         return found
 
-    def _first(self, tubes: Tubes, waves: Waves, hits: Any, row: np.ndarray) -> _Block:
-        met = meet(self.setting, waves.at(row), hits, row)
-        return self._sent(tubes, 1, met, met)
+    def _first(self, tubes: Tubes, piece: tuple[Beam, slice]) -> _Block:
+        setting, beam = self.setting, piece[0]
+        seen = lit(setting, *piece)
+        parts = [scattered(setting, tubes, beam, seen)] if setting.reflections.scatters else []
+
+        def met(rows: np.ndarray) -> Met:
+            waves = first_waves(setting, tubes, rows + seen.tubes.start)
+            return meet(setting, waves, beam.hits, rows + seen.part.start, np.take(seen.plane, rows))
+
+        parts += curved(setting, tubes, met(bent(setting, seen)))
+        fields = list(flat(setting, tubes, met(mirrors(setting, tubes, seen))))
+        on = reflected(setting, met(leading(setting, tubes, seen))) if setting.bounces > 1 else None
+        return _Block(self._summed(1, parts), fields, on)
 
     def _met(
         self, tubes: Tubes, bounce: int, waves: Waves, hits: Any, row: np.ndarray
     ) -> tuple[Met, np.ndarray, list[Part]]:
         """The faces that waves meet, the rows of those that may be seen, and what comes back as it came."""
-        met = meet(self.setting, waves.at(row), hits, row)
+        met = meet(self.setting, waves.at(row), hits, row, self.setting.planes.of_hits(hits, row))
         return met, facing(self.setting, met), self._summed(bounce, again(self.setting, tubes, met))
 
     def _seen(self, facing: list[tuple[Met, np.ndarray]]) -> list[np.ndarray]:
@@ -87,17 +116,13 @@ class Tracer:
         return [rows[part] for (_, rows), part in zip(facing, np.split(seen, ends[:-1]), strict=True)]
 
     def _again(self, tubes: Tubes, bounce: int, job: tuple[Met, np.ndarray]) -> _Block:
-        met, seen = job
-        return self._sent(tubes, bounce, met, met.at(seen))
-
-    def _sent(self, tubes: Tubes, bounce: int, met: Met, seen: Met) -> _Block:
-        """What faces send back and on."""
-        setting = self.setting
+        (met, rows), setting = job, self.setting
+        seen = met.at(rows)
         parts = [*rough(setting, tubes, seen), *curved(setting, tubes, seen)]
-        fields = list(flat(setting, tubes, seen))
+        fields = list(flat(setting, tubes, seen.at(mirrored(setting, seen))))
         for each in fields:
             each.bounces = bounce
-        on = reflected(setting, tubes, met) if bounce < setting.bounces else None
+        on = reflected(setting, met) if bounce < setting.bounces else None
         return _Block(self._summed(bounce, parts), fields, on)
 
     def _summed(self, bounce: int, found: Iterable[Arrivals]) -> list[Part]:

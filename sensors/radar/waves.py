@@ -8,18 +8,18 @@ way is that to one plane.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
 
 from graph.sim.geometry.surfaces import Mesh
-from sensors.motion.velocities import Velocities
-from sensors.raycast.rays import Hits, RayBundle
+from sensors.raycast.rays import NO_SURFACE, Hits, RayBundle
 from sensors.raycast.world import CastWorld
 
 from .antenna import Antenna
 from .grouping import Groups
+from .images import Images, Twists, plane_keys
 from .materials import Reflections
 from .planes import NO_PLANE, WorldPlanes
 from .rays import Tubes
@@ -36,7 +36,6 @@ LIFT_M = 2e-4
 SIGHT_M = 5e-3
 """A point is in sight if a ray to it comes so near."""
 
-_MIX = np.uint64(0x9E3779B97F4A7C15)
 _OWN = 1 << 40
 
 
@@ -46,18 +45,45 @@ class Setting:
 
     pose: (4, 4) float64 sensor to world [m]. poses: the state, for the caster (None: now). reach: farthest range [m].
     bounces: most faces on a way. exclude: prims that are not there.
+
+    Derived for each plane, the last for no plane: heights: (p + 1,) float64 [m] of the radar over it; columns:
+    (3, p + 1) of the normals; tables: (p + 1,) int32, its first place in the reflection tables; surfaces: (p + 1,);
+    curved: (p + 1,) bool. deforms: whether any surface does; spots: whether hits need theirs. alike: whether all that
+    is seen moves alike; still: not at all.
     """
 
     world: CastWorld
     planes: WorldPlanes
     reflections: Reflections
-    velocities: Velocities
+    twists: Twists
     antenna: Antenna
     reach: float
     bounces: int
     pose: np.ndarray
     poses: Any = None
     exclude: frozenset[str] = frozenset()
+    heights: np.ndarray = field(init=False)
+    columns: np.ndarray = field(init=False)
+    tables: np.ndarray = field(init=False)
+    surfaces: np.ndarray = field(init=False)
+    curved: np.ndarray = field(init=False)
+    deforms: bool = field(init=False)
+    alike: bool = field(init=False)
+    still: bool = field(init=False)
+    spots: bool = field(init=False)
+
+    def __post_init__(self) -> None:
+        planes = self.planes
+        self.heights = np.append(planes.offset - planes.normal @ self.pose[:3, 3], 0.0)
+        self.columns = np.concatenate((planes.normal.T, np.zeros((3, 1))), axis=1)
+        self.tables = np.append(self.reflections.of_surfaces(planes.surface), np.int32(0))
+        self.surfaces = np.append(planes.surface, np.int32(NO_SURFACE))
+        self.curved = np.append(planes.curved, False)
+        self.deforms = bool(self.world.deforming.any())
+        seen = planes.bodies_seen(self.exclude)
+        self.spots = self.deforms or bool(len(seen))
+        self.alike = self.twists.alike(seen)
+        self.still = self.alike and not self.twists.linear[-1].any() and not self.twists.angular[-1].any()
 
     @property
     def seen(self) -> float:
@@ -68,34 +94,6 @@ class Setting:
     def rotation(self) -> np.ndarray:
         """(3, 3) sensor to world."""
         return self.pose[:3, :3]
-
-
-@dataclass(frozen=True, slots=True)
-class Images:
-    """The radar as mirrors show it, one image for each order of faces that tubes have met; c of them.
-
-    place: (c, 3) float64 from the radar [m], world axes. turn: (c, 3, 3), what the mirrors make of directions. key:
-    (c,) uint64 of the faces, whatever their order.
-    """
-
-    place: np.ndarray
-    turn: np.ndarray
-    key: np.ndarray
-
-    @classmethod
-    def none(cls) -> Images:
-        """The radar itself."""
-        return cls(np.zeros((1, 3)), np.eye(3)[None], np.zeros(1, np.uint64))
-
-    def beyond(self, image: np.ndarray, normal: np.ndarray, height: np.ndarray, plane: np.ndarray) -> Images:
-        """The images of some of them, by their numbers, in planes: normals (m, 3) and heights (m,) over the radar."""
-        place, turn = self.place[image], self.turn[image]
-        away = height - (normal * place).sum(axis=1)
-        return Images(
-            place + 2.0 * away[:, None] * normal,
-            turn - 2.0 * normal[:, :, None] * np.einsum("ci,cij->cj", normal, turn)[:, None],
-            self.key[image] + _plane_key(plane),
-        )
 
 
 @dataclass(slots=True)
@@ -123,8 +121,7 @@ class Waves(_Rows):
     """Tubes before a stretch of their way; k of them, vectors (3, k) float64 in the world's axes [m].
 
     row: (k,) of the tube. direction: of the stretch. travelled: [m]. field: what the faces left of it, complex64.
-    rate: of the way so far [m/s], None for 0. image: (k,) number of the radar's image that they come from, None before
-    the first face.
+    image: (k,) number of the radar's image that they come from, None before the first face.
     """
 
     row: np.ndarray
@@ -132,7 +129,6 @@ class Waves(_Rows):
     images: Images
     travelled: np.ndarray | None = None
     field: np.ndarray | None = None
-    rate: np.ndarray | None = None
     image: np.ndarray | None = None
 
     def left(self, coherent: np.ndarray) -> np.ndarray:
@@ -145,8 +141,9 @@ class Met(_Rows):
     """Faces that waves meet: k of them, vectors (3, k).
 
     way: [m] in all. back: unit from the radar to it, out: [m] of that. plane: its number, `NO_PLANE` where it is not
-    known. normal: of the plane. slope: its component along the wave. table: place in the reflection tables. speed: of
-    the point as the radar sees it [m/s], None where nothing moves.
+    known. normal: of the plane. slope: its component along the wave. table: place in the reflection tables. coming: the
+    rate of the way in is that [m/s] times the direction; going: that of the way straight back is that times `back`;
+    None where nothing moves.
     """
 
     waves: Waves
@@ -158,7 +155,8 @@ class Met(_Rows):
     slope: np.ndarray
     cosine: np.ndarray
     table: np.ndarray
-    speed: np.ndarray | None
+    coming: np.ndarray | None = None
+    going: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.way)
@@ -170,49 +168,54 @@ class Met(_Rows):
 
     def rate(self) -> np.ndarray:
         """Half the rate (k,) [m/s] of the way in and straight back."""
-        return self._rates(self.back, 2.0)
+        rate = self.rate_again()
+        if self.going is None or (self.going is self.coming and self.back is self.waves.direction):
+            return rate
+        return np.asarray((rate + dot(self.going, self.back)) / 2.0)
 
     def rate_again(self) -> np.ndarray:
         """The rate (k,) [m/s] of the way in, which is also the way back."""
-        return self._rates(None, 1.0)
-
-    def _rates(self, back: np.ndarray | None, share: float) -> np.ndarray:
-        before = self.waves.rate
-        if self.speed is None:
-            return np.broadcast_to(0.0, len(self)) if before is None else before / share
-        rate = dot(self.speed, self.waves.direction)
-        if back is self.waves.direction:
-            rate *= 2.0
-        elif back is not None:
-            rate += dot(self.speed, back)
-        if before is not None:
-            rate += before
-        return np.asarray(rate / share)
+        return np.broadcast_to(0.0, len(self)) if self.coming is None else dot(self.coming, self.waves.direction)
 
 
-def first_waves(
-    setting: Setting, tubes: Tubes, bundle: RayBundle, skip: np.ndarray | None, directions: np.ndarray
-) -> tuple[Waves, Hits, np.ndarray]:
-    """Waves as tubes leave the radar, what they meet, and the rows (k,) of those that meet anything.
+def cast_first(setting: Setting, bundle: RayBundle) -> Hits:
+    """What tubes meet as they leave the radar; the bundle has their rays."""
+    return _cast(setting, bundle)
 
-    The bundle has the tubes' rays; directions: (3, n) float64, of them in the world's axes. skip: (s,) bool, surfaces
-    that tubes do not meet first; None: they first meet the surface that owns them, or nothing.
+
+def first_waves(setting: Setting, tubes: Tubes, row: np.ndarray) -> Waves:
+    """Some tubes as they leave the radar."""
+    return Waves(row, setting.rotation @ _taken(tubes.directions, row), Images.none())
+
+
+@dataclass(slots=True)
+class Sent:
+    """Waves that flat faces send on; k of them, vectors (3, k).
+
+    row, direction, travelled, field: as those of `Waves`. mirror: (k,) int64, the number of the last image x planes +
+    the plane. start: [m] from the radar.
     """
-    hits = _cast(setting, bundle)
-    row = np.flatnonzero(hits.distance < setting.seen)
-    if skip is None:
-        row = row[np.take(tubes.owner, row) == hits.surfaces(row)]
-    elif skip.any():
-        row = row[~np.take(skip, hits.surfaces(row))]
-    return Waves(np.arange(len(tubes.solid)), directions, Images.none()), hits, row
+
+    row: np.ndarray
+    direction: np.ndarray
+    travelled: np.ndarray
+    field: np.ndarray
+    mirror: np.ndarray
+    start: np.ndarray
 
 
-def next_waves(setting: Setting, parts: list[tuple[Waves, np.ndarray]]) -> tuple[Waves, Hits, np.ndarray]:
-    """The same after a reflection; parts: what `reflected` gives."""
-    waves, start = _together(parts)
-    hits = _cast_on(setting, waves.direction, start)
-    assert waves.travelled is not None
-    return waves, hits, np.flatnonzero(hits.distance < 2.0 * setting.reach - waves.travelled)
+def next_waves(setting: Setting, images: Images, parts: list[Sent]) -> tuple[Waves, Hits, np.ndarray]:
+    """Waves after a reflection, what they meet, and the rows (k,) of those that meet anything; images: the last."""
+    row, direction, travelled, left, mirror, start = (
+        np.concatenate([getattr(part, each.name) for part in parts], axis=-1) for each in fields(Sent)
+    )
+    planes, groups = setting.planes, Groups(mirror)
+    image, plane = np.divmod(groups.keys, len(planes.normal))
+    speeds = setting.twists, planes.body[plane]
+    images = images.beyond(image, planes.normal[plane], setting.heights[plane], plane, speeds)
+    hits = _cast_on(setting, direction, start)
+    waves = Waves(row, direction, images, travelled, left, groups.which)
+    return waves, hits, np.flatnonzero(hits.distance < 2.0 * setting.reach - travelled)
 
 
 def in_sight(setting: Setting, out: np.ndarray, back: np.ndarray) -> np.ndarray:
@@ -222,42 +225,35 @@ def in_sight(setting: Setting, out: np.ndarray, back: np.ndarray) -> np.ndarray:
     return np.asarray(hits.distance > out * (1 - 1e-6) - SIGHT_M)
 
 
-def tangents(setting: Setting, tubes: Tubes, waves: Waves) -> tuple[np.ndarray, np.ndarray]:
-    """Unit vectors (3, k) across and up of tubes, mirrored as the waves were."""
-    both = [setting.rotation @ one for one in tubes.tangents(waves.row)]
+def tangential(setting: Setting, tubes: Tubes, waves: Waves, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The components (k,) of vectors (3, k) across and up of tubes, mirrored as the waves were."""
     if waves.image is not None:
-        turn = np.take(waves.images.turn, waves.image, axis=0)
-        both = [np.einsum("kij,jk->ik", turn, one) for one in both]
-    return both[0], both[1]
+        vectors = np.einsum("jik,jk->ik", np.take(waves.images.unturned, waves.image, axis=2), vectors)
+    return tubes.tangential(waves.row, setting.rotation.T @ vectors)
 
 
 def face_keys(met: Met) -> np.ndarray:
     """(k,) uint64 of the faces on the way, whatever their order; unknown faces are like no other."""
-    key = _plane_key(np.where(met.plane != NO_PLANE, met.plane, met.waves.row + _OWN))
+    key = plane_keys(np.where(met.plane != NO_PLANE, met.plane, met.waves.row + _OWN))
     waves = met.waves
     return key if waves.image is None else np.asarray(key + np.take(waves.images.key, waves.image))
 
 
-def meet(setting: Setting, waves: Waves, hits: Hits, row: np.ndarray) -> Met:
-    """The faces that waves meet; row: (k,) the hits of the waves."""
-    origin, planes, image = setting.pose[:3, 3], setting.planes, waves.image
+def meet(setting: Setting, waves: Waves, hits: Hits, row: np.ndarray, plane: np.ndarray) -> Met:
+    """The faces that waves meet; row: (k,) the hits of the waves, plane: (k,) of those."""
+    image = waves.image
     place = None if image is None else np.stack([np.take(c, image) for c in waves.images.place.T])
-
-    def near(some: Any = slice(None)) -> np.ndarray:
-        """Where some of the hits are by their distance, (3, m) from the radar."""
-        length = hits.distance[row[some]].astype(np.float64)
-        if place is None or waves.travelled is None:
-            return np.asarray(waves.direction[:, some] * length)
-        return np.asarray(place[:, some] + waves.direction[:, some] * (waves.travelled[some] + length))
-
-    plane = planes.of_hits(hits, row)
-    unknown = np.flatnonzero(plane == NO_PLANE)
-    normal = np.stack([np.take(column, plane) for column in planes.columns])  # the last is that of no plane
-    height = np.take(planes.heights(origin), plane)
+    normal = _taken(setting.columns, plane)  # the last is that of no plane
+    height = np.take(setting.heights, plane)
+    unknown = np.flatnonzero(plane == NO_PLANE) if setting.deforms else np.zeros(0, np.intp)
     if len(unknown):
         assert hits.normals is not None
         normal[:, unknown] = hits.normals[row[unknown]].T
-        height[unknown] = dot(normal[:, unknown], near(unknown))
+        length = hits.distance[row[unknown]].astype(np.float64)
+        if waves.travelled is not None:
+            length += waves.travelled[unknown]
+        point = waves.direction[:, unknown] * length
+        height[unknown] = dot(normal[:, unknown], point if place is None else point + place[:, unknown])
     slope = dot(normal, waves.direction)
     if place is not None:
         height -= dot(normal, place)
@@ -272,37 +268,44 @@ def meet(setting: Setting, waves: Waves, hits: Hits, row: np.ndarray) -> Met:
         point += place
         out = np.sqrt(dot(point, point))
         back = point / np.maximum(out, 1e-9)
-    surface = hits.surfaces(row)
-    met = Met(waves, way, back, out, plane, normal, slope, cosine, setting.reflections.index(surface, cosine), None)
-    if not kept.all():
-        keep = np.flatnonzero(kept)
-        met, surface, row = met.at(keep), surface[keep], row[keep]
-    met.speed = _speeds(setting, surface, met)
-    deforming = np.flatnonzero(setting.world.deforming[surface])
-    if len(deforming):
-        speed = np.zeros((3, len(surface))) if met.speed is None else met.speed
-        speed[:, deforming] += _speeds_within(setting, surface[deforming], hits, row[deforming])
-        met.speed = speed
-    return met
+    table = np.take(setting.tables, plane) + setting.reflections.steps(cosine)
+    if len(unknown):
+        first = setting.reflections.of_surfaces(hits.surfaces(row[unknown]))
+        table[unknown] += first - setting.tables[NO_PLANE]
+    met = Met(waves, way, back, out, plane, normal, slope, cosine, table)
+    if not setting.still:
+        met.coming, met.going = _velocities(setting, waves, plane)
+    if len(unknown):
+        _add_within(setting, met, unknown, hits, row[unknown])
+    return met if kept.all() else met.at(np.flatnonzero(kept))
 
 
-def _speeds(setting: Setting, surface: np.ndarray, met: Met) -> np.ndarray | None:
-    def levers() -> np.ndarray:
-        return np.asarray(met.back * met.out, np.float32)
+def _velocities(setting: Setting, waves: Waves, plane: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """`coming` and `going` (3, k) of waves that meet planes of rigid bodies."""
+    twists, images, image = setting.twists, waves.images, waves.image
+    if setting.alike:
+        going = np.broadcast_to(twists.linear[-1][:, None], waves.direction.shape)
+        if image is None:
+            return going, going
+        return _taken((images.rate + twists.at(-1, images.place)).T, image), going
+    body = np.take(setting.planes.body, plane)
+    going = _taken(twists.linear.T, body)
+    if image is None:
+        return going, going
+    rate = _taken(images.rate.T, image) + twists.at(body, np.take(images.place, image, axis=0)).T
+    return rate, going
 
-    measured = setting.velocities(surface, levers, setting.pose[:3, 3], setting.poses)
-    if measured is None:
-        return None
-    rows, speeds = measured
-    if len(rows) == len(surface):
-        return np.ascontiguousarray(speeds.T, np.float64)
-    found = np.zeros((3, len(surface)))
-    for column, speed in zip(found, speeds.T, strict=True):
-        column[rows] = speed
-    return found
+
+def _add_within(setting: Setting, met: Met, some: np.ndarray, hits: Hits, row: np.ndarray) -> None:
+    """Adds how points on meshes that deform move within these: some (m,) of the waves, the hits `row` (m,)."""
+    within = np.zeros((3, len(met)))
+    within[:, some] = speeds_within(setting, hits.surfaces(row), hits, row)
+    alone = met.going is None or met.going is met.coming
+    coming, going = (within if rate is None else rate + within for rate in (met.coming, met.going))
+    met.coming, met.going = coming, coming if alone else going
 
 
-def _speeds_within(setting: Setting, surface: np.ndarray, hits: Hits, row: np.ndarray) -> np.ndarray:
+def speeds_within(setting: Setting, surface: np.ndarray, hits: Hits, row: np.ndarray) -> np.ndarray:
     """Velocities (3, k) of points on meshes that deform: those of the triangles' corners, by their shares."""
     assert hits.spots is not None
     found = np.zeros((3, len(row)))
@@ -318,53 +321,22 @@ def _speeds_within(setting: Setting, surface: np.ndarray, hits: Hits, row: np.nd
     return found
 
 
-def reflected(setting: Setting, tubes: Tubes, met: Met) -> tuple[Waves, np.ndarray]:
-    """Waves after flat faces, as far as they are not too faint, and where they start (3, m) from the radar."""
-    planes = setting.planes
-    flat = met.plane != NO_PLANE
-    if planes.any_curved:
-        flat &= ~planes.curved[met.plane]
-    if met.waves.image is None:
-        flat &= tubes.leads[met.waves.row]
-    rows = np.flatnonzero(flat)
-    before = met.waves.field
-    left = setting.reflections.coherent(met.table[rows])
+def reflected(setting: Setting, met: Met) -> Sent:
+    """What flat faces send on, as far as it is not too faint."""
+    planes, before = setting.planes, met.waves.field
+    left = setting.reflections.coherent(met.table)
     if before is not None:
-        left = left * before[rows]
-    strong = np.flatnonzero(np.abs(left) > FAINTEST)
-    met, left = met.at(rows[strong]), left[strong]
-    waves = met.waves
-    number = met.plane.astype(np.int64)
+        left = left * before
+    flat = left.real**2 + left.imag**2 > FAINTEST**2
+    flat &= ~np.take(setting.curved, met.plane) & (met.plane != NO_PLANE)
+    if not flat.all():
+        rows = np.flatnonzero(flat)
+        met, left = met.at(rows), left[rows]
+    waves, mirror = met.waves, met.plane
     if waves.image is not None:
-        number += waves.image * len(planes.normal)
-    groups = Groups(number)
-    image, plane = np.divmod(groups.keys, len(planes.normal))
-    images = waves.images.beyond(image, planes.normal[plane], planes.heights(setting.pose[:3, 3])[plane], plane)
+        mirror = mirror + waves.image * len(planes.normal)
     direction = waves.direction - 2.0 * met.slope * met.normal
-    rate = waves.rate
-    if met.speed is not None:
-        rate = dot(met.speed, waves.direction) - dot(met.speed, direction) + (0.0 if rate is None else rate)
-    return Waves(waves.row, direction, images, met.way, left, rate, groups.which), met.back * met.out
-
-
-def _together(parts: list[tuple[Waves, np.ndarray]]) -> tuple[Waves, np.ndarray]:
-    """Waves of several blocks, after a reflection, and their starts (3, k), as one."""
-    if len(parts) == 1:
-        return parts[0]
-    waves = [wave for wave, _ in parts]
-    moves = any(wave.rate is not None for wave in waves)
-    images = [wave.images for wave in waves]
-    offsets = np.cumsum([0, *(len(each.key) for each in images)])
-    found = Waves(
-        np.concatenate([wave.row for wave in waves]),
-        np.concatenate([wave.direction for wave in waves], axis=1),
-        Images(*(np.concatenate([getattr(each, one.name) for each in images]) for one in fields(Images))),
-        np.concatenate([wave.travelled for wave in waves]),
-        np.concatenate([wave.field for wave in waves]),
-        np.concatenate([np.zeros(len(w.row)) if w.rate is None else w.rate for w in waves]) if moves else None,
-        np.concatenate([wave.image + offset for wave, offset in zip(waves, offsets, strict=False)]),
-    )
-    return found, np.concatenate([start for _, start in parts], axis=1)
+    return Sent(waves.row, direction, met.way, left, mirror, met.back * met.out)
 
 
 def _cast_on(setting: Setting, direction: np.ndarray, start: np.ndarray) -> Hits:
@@ -377,7 +349,7 @@ def _cast_on(setting: Setting, direction: np.ndarray, start: np.ndarray) -> Hits
 
 
 def _cast(setting: Setting, bundle: RayBundle) -> Hits:
-    return setting.world.cast(bundle, setting.poses, normals=True, spots=setting.planes.by_spots)
+    return setting.world.cast(bundle, setting.poses, normals=setting.deforms, spots=setting.spots)
 
 
 def _table(direction: np.ndarray) -> np.ndarray:
@@ -388,14 +360,12 @@ def _table(direction: np.ndarray) -> np.ndarray:
     return table
 
 
-def _plane_key(plane: np.ndarray) -> np.ndarray:
-    return np.asarray((plane.astype(np.uint64) + np.uint64(1)) * _MIX)
-
-
 def _taken(array: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Some rows of (k,) or of vectors (3, k)."""
     if array.ndim == 1:
         return np.take(array, rows)
+    if array.strides[1] == 0:  # one vector for all
+        return array[:, : len(rows)]
     found = np.empty((len(array), len(rows)), array.dtype)
     for column, out in zip(array, found, strict=True):
         np.take(column, rows, out=out)
