@@ -187,9 +187,11 @@ class SensorRuntime(ABC, Generic[Config]):
         return frame
 
     def pose(self, poses: Any = None) -> np.ndarray:
-        """Sensor to world, (4, 4) float64, rigid, metres, in a state (None: now)."""
+        """Sensor to world, (4, 4) float64, rigid, metres, in a state (None: now). Raises RunError unless finite."""
         pose = rigid_part(self._app.fabric.world_matrix(self.path, poses), self.side_axis)
         pose[:3, 3] *= self._app.meters_per_unit
+        if not np.isfinite(pose).all():
+            raise RunError(f"{self.path}: its transform is not finite, so it sees nothing; correct its xformOps")
         return pose
 
     def ends(self, tick: Tick) -> tuple[np.ndarray, np.ndarray]:

@@ -24,6 +24,7 @@ JOINTS = {
     "graph.cli",
     "graph.testing",
     "graph.trade",
+    "graph.stability",
     "graph.export",
     "graph.view",
     "graph.__main__",

@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
 
+from . import extremes
 from .printing import say, say_json
 
 HELP = "is this machine ready? what to install"
@@ -84,10 +85,13 @@ class Finding:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the options of `graph doctor`."""
     parser.add_argument("--json", action="store_true", help="print the findings as JSON")
+    extremes.add_arguments(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Checks everything and prints it; returns 0 if the machine is ready, else 1."""
+    if args.stability:
+        return extremes.run(args)
     findings = examine()
     ready = all(finding.state != "fail" for finding in findings)
     if args.json:

@@ -81,6 +81,10 @@ class GraphRunner:
         bind(app, self.set)
         for graph in graphs:
             self._prepare(graph)
+        import numpy as np
+
+        # Values that are not numbers are carried as IEEE 754 says; NumPy's lines about them name no node.
+        self._quiet: Any = np.errstate(all="ignore")
         self._key: tuple[Any, ...] = ()
         self._stages = _Stages.of(())
         self._in_phases: list[Callable[[], None]] = []
@@ -88,11 +92,11 @@ class GraphRunner:
         self._regroup()
         self._unsubscribe = [
             app.on("timeline_state", self._regroup),
-            app.on("simulation_graphs", self._run_update),
-            app.on("post_render_graphs", self._run_frames),
+            app.on("simulation_graphs", self._quiet(self._run_update)),
+            app.on("post_render_graphs", self._quiet(self._run_frames)),
             app.on("play", self._played),
             app.on("stop", self._reset),
-            app.on("closing", self._close_down),
+            app.on("closing", self._quiet(self._close_down)),
             app.on("close", self.close),
             app.settings.subscribe(INTERRUPTS_OFF, self._set_interrupts),
         ]
@@ -132,7 +136,7 @@ class GraphRunner:
         while self._in_phases:
             self._in_phases.pop()()
         for phase, asking in self._stages.demanded.items():
-            self._in_phases.append(self._app.on(phase, partial(self._run_on_demand, asking)))
+            self._in_phases.append(self._app.on(phase, self._quiet(partial(self._run_on_demand, asking))))
 
     def _run_update(self) -> None:
         self._context.follow(self._app)

@@ -206,8 +206,9 @@ def inverse_rigid(matrix: Floats) -> Floats:
 
 
 def transformed(matrix: Floats, points: Floats) -> Floats:
-    """(n, 3) points through a (4, 4) matrix."""
-    return points @ matrix[:3, :3].T + matrix[:3, 3]
+    """(n, 3) points through a (4, 4) matrix; those that are not finite stay so."""
+    with np.errstate(invalid="ignore"):
+        return points @ matrix[:3, :3].T + matrix[:3, 3]
 
 
 FLAT = 1e-300

@@ -110,11 +110,11 @@ GENERATED = {
     outputs={"data": Attribute("uchar[]", "the image, row by row, 4 bytes a pixel", default=[]), **GENERATED},
 )
 def generate_rgba(db: Database) -> None:
-    """Make an image of one colour, encoding rgba8; each component is cut down to a whole number of 255ths."""
+    """Make an image of one colour, encoding rgba8; each component is cut down to a whole number of 255ths; NaN is 0."""
     import numpy as np
 
     width, height = _size(db)
-    pixel = (np.clip(db.inputs.color, 0, 1) * 255).astype(np.uint8)
+    pixel = (np.nan_to_num(np.clip(db.inputs.color, 0, 1)) * 255).astype(np.uint8)
     _write(db, np.tile(pixel, width * height), (width, height), "rgba8")
 
 

@@ -263,4 +263,6 @@ _TOKENS = {
 
 
 def _not_finite(value: Any) -> bool:
+    if isinstance(value, tuple):
+        return any(map(_not_finite, value))
     return isinstance(value, float) and not math.isfinite(value)

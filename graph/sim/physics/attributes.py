@@ -38,6 +38,8 @@ def quaternion_of(value: Any) -> Floats:
     """A `Gf.Quat*` as unit w, x, y, z; the identity if its length is 0, NaN if it is not finite."""
     out = np.array([value.GetReal(), *value.GetImaginary()], dtype=np.float64)
     length = float(np.linalg.norm(out))
+    if math.isinf(length):
+        return np.full(4, np.nan)
     return out / length if length != 0 else np.array([1.0, 0, 0, 0])
 
 

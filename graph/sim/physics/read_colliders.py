@@ -256,10 +256,14 @@ def _facing(normal: Floats, origin: Floats) -> Floats:
 def _surface(scan: Scan, prim: Any, warn: Warn) -> dict[str, Any]:
     """The material of the bound physics material."""
     api = bound_material(prim)
-    density = None if api is None else _density(scan, api.GetDensityAttr())
+    density = None if api is None else _density(scan, api.GetDensityAttr(), warn)
     return {"material": read_material(api, warn), "material_density": density}
 
 
-def _density(scan: Scan, attribute: Any) -> float | None:
-    value = authored(attribute)
+def _density(scan: Scan, attribute: Any, warn: Warn) -> float | None:
+    """The density of a material [kg/m3]; None without an authored one."""
+    said, value = attribute.Get(EARLIEST) if attribute else None, authored(attribute)
+    if said is not None and not 0 <= said < math.inf:
+        name = attribute.GetName()
+        warn("bad-material", str(attribute.GetPrimPath()), f"{name} is {said:g}, not a number from 0; it is not used")
     return None if value is None else value * kilograms_per_unit(scan.stage) / scan.meters_per_unit**3

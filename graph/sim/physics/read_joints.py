@@ -149,8 +149,9 @@ def _spherical(scan: Scan, prim: JointPrim, joint: Joint, warn: Warn) -> Joint:
     """Free, or within a cone about its axis; a cone with two different angles is approximated by three axes."""
     typed = UsdPhysics.SphericalJoint(prim.prim)
     axis = _axis(typed.GetAxisAttr(), prim.path, warn)
-    cones = [float(each.Get(EARLIEST)) for each in (typed.GetConeAngle0LimitAttr(), typed.GetConeAngle1LimitAttr())]
-    wide = [math.radians(angle) if 0 <= angle < 180 else FREE for angle in cones]
+    limits = typed.GetConeAngle0LimitAttr(), typed.GetConeAngle1LimitAttr()
+    cones = [_limit(each, math.radians(1), FREE, prim.path, warn) for each in limits]
+    wide = [angle if 0 <= angle < math.pi else FREE for angle in cones]
     if wide == [FREE, FREE] or wide[0] == wide[1]:
         return replace(joint, axis=axis, cone=wide[0])
     around = [(axis + 1) % 3, (axis + 2) % 3]
@@ -162,11 +163,13 @@ def _spherical(scan: Scan, prim: JointPrim, joint: Joint, warn: Warn) -> Joint:
 
 def _distance(scan: Scan, prim: JointPrim, joint: Joint, warn: Warn) -> Joint | None:
     typed = UsdPhysics.DistanceJoint(prim.prim)
-    low, high = (float(a.Get(EARLIEST)) for a in (typed.GetMinDistanceAttr(), typed.GetMaxDistanceAttr()))
-    lower = low * scan.meters_per_unit if math.isfinite(low) and low > 0 else 0.0
-    upper = high * scan.meters_per_unit if math.isfinite(high) and high >= 0 else FREE
+    unit = scan.meters_per_unit
+    low = _limit(typed.GetMinDistanceAttr(), unit, FREE, prim.path, warn)
+    high = _limit(typed.GetMaxDistanceAttr(), unit, FREE, prim.path, warn)
+    lower, upper = low if 0 < low < FREE else 0.0, high if high >= 0 else FREE
     if lower > upper:
-        warn("bad-joint", prim.path, f"its minDistance is above its maxDistance ({low:g} > {high:g}); it is left out")
+        text = f"its minDistance is above its maxDistance ({low / unit:g} > {high / unit:g}); it is left out"
+        warn("bad-joint", prim.path, text)
         return None
     return replace(joint, lower=lower, upper=upper, collide=joint.collide)
 

@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
+
 from graph.base.errors import Problem, UserError
 from graph.sim.usd import Gf, Pcp, Tf, Usd, UsdGeom, Vt
 
@@ -119,9 +121,10 @@ def _has_place(stage: Any) -> bool:
 
 
 def repair_transforms(stage: Any, warn: Warn) -> None:
-    """Overrides, in the root layer, every `xformOpOrder` that USD cannot evaluate: unknown ops are left out.
+    """Overrides, in the root layer, what USD cannot evaluate or reads as something else, each with a warning.
 
-    Each gives a warning `bad-transform-op`.
+    Unknown ops of an `xformOpOrder` are left out (`bad-transform-op`); quaternions that are not of length 1, which USD
+    takes for another rotation, are normalised (`orient-not-unit`).
     """
     for prim in stage.TraverseAll():
         if not prim.HasAttribute("xformOpOrder"):
@@ -134,6 +137,33 @@ def repair_transforms(stage: Any, warn: Warn) -> None:
             prim.GetAttribute("xformOpOrder").Set([op for op in order if op not in bad])
             left_out = ", ".join(dict.fromkeys(map(str, bad)))
             warn("bad-transform-op", str(prim.GetPath()), f"its transform names {left_out}; that is left out")
+        for op in dict.fromkeys(order):
+            if op.startswith("xformOp:orient") and op not in bad:
+                _make_unit(prim, op, warn)
+
+
+UNIT = 1e-3
+"""How far the length of a quaternion may be from 1: half precision rounds it by up to 1e-3."""
+
+
+def _make_unit(prim: Any, op: str, warn: Warn) -> None:
+    """Normalises the value of an orient op; one without direction becomes no turn. Time samples stay as they are."""
+    attribute = prim.GetAttribute(op)
+    value = attribute.Get()
+    if attribute.GetNumTimeSamples() or not isinstance(value, (Gf.Quatd, Gf.Quatf, Gf.Quath)):
+        return
+    parts = np.array([value.GetReal(), *value.GetImaginary()], np.float64)
+    length = float(np.linalg.norm(parts))
+    if abs(length - 1) <= UNIT:
+        return
+    if not 0 < length < math.inf:
+        parts, length = np.array([1.0, 0, 0, 0]), 1.0
+        text = f"{op} is {value}, which is no rotation; it counts as no turn"
+    else:
+        text = f"{op} has the length {length:.6g}, which USD takes for another rotation; it is normalised"
+    real, *imaginary = (parts / length).tolist()
+    attribute.Set(type(value)(real, *imaginary))
+    warn("orient-not-unit", str(prim.GetPath()), text)
 
 
 _ANGLES = ("X", "Y", "Z", "XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")

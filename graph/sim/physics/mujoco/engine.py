@@ -129,6 +129,7 @@ class MujocoEngine(PhysicsEngine):
         limit = self.drives.limit_forces if self.drives.limited else None
         self._stale = True
         self.taken = 0
+        self._monitor.look_ahead()
         try:
             for self.taken in range(1, count + 1):
                 if limit is not None:
@@ -142,6 +143,12 @@ class MujocoEngine(PhysicsEngine):
                     raise RunError(self._monitor.divergence())
                 for follow in self._after_step:
                     follow(data)
+            # MuJoCo looks at a state when the next step begins; that may be another update.
+            mujoco.mj_checkPos(model, data)
+            mujoco.mj_checkVel(model, data)
+            if counters[3] or counters[4]:
+                self.taken -= 1
+                raise RunError(self._monitor.divergence())
         except mujoco.FatalError as error:
             self.taken -= 1
             raise RunError(f"physics: MuJoCo gave up: {' '.join(str(error).split()).rstrip('.')}") from error

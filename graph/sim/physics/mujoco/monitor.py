@@ -1,4 +1,4 @@
-"""Turns MuJoCo's warning counters into our warnings: wrong forces, dropped contacts, bodies that are far away."""
+"""Warnings while physics runs: wrong forces, dropped contacts, bodies that sink, tumble too fast or are far away."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ import numpy as np
 
 from graph.sim.scene.stage import Warn
 
+from .divergence import divergence
 from .library import mujoco
+from .overlaps import DEEP, Overlap, deepest_overlap, partners
 from .step_size import LOST, RK4, Tumbling
 
 if TYPE_CHECKING:
@@ -25,7 +27,10 @@ FAR = 1e6
 """A body farther than this [m] from the origin has left the scene."""
 
 LOOKS = 64
-"""Calls between two searches for such bodies: about one second at 60 updates per second."""
+"""Calls between two searches for such bodies, and for those that sink: about a second at 60 updates per second."""
+
+HEAVIER = 100.0
+"""What bears on a body of so many times less mass presses it in: by about 5 micrometres times the ratio."""
 
 TUMBLES = 8
 """Calls between two searches for bodies that tumble too fast."""
@@ -49,17 +54,7 @@ _COUNTED = {
         "an actuator was given a control that is not a number; it counts as 0",
     ),
 }
-"""By MuJoCo's kind of warning: our code and text. The other kinds are divergence, see `MujocoEngine.step`."""
-
-
-_STATE = {
-    int(_KINDS.mjWARN_BADQPOS): ("a position", "qpos"),
-    int(_KINDS.mjWARN_BADQVEL): ("a velocity", "qvel"),
-    int(_KINDS.mjWARN_BADQACC): ("an acceleration", "qacc"),
-}
-"""The kinds of warnings that mean divergence: what is too large, and where it is."""
-
-_BAD = tuple(_STATE)
+"""By MuJoCo's kind of warning: our code and text. The other kinds are divergence, see `divergence`."""
 
 
 class Monitor:
@@ -72,7 +67,14 @@ class Monitor:
         self._calls = 0
         self._solver_told = False
         self._told = set[int]()
+        self._spinning = ""
+        self._deep: Overlap | None = None
         self._tumbling: Tumbling | None = Tumbling(engine.model, len(engine.body_paths))
+
+    def look_ahead(self) -> None:
+        """Gives warnings about the steps that follow: a body that tumbles too fast stops tumbling in the first."""
+        if self._tumbling is not None and self._calls % TUMBLES == 0:
+            self._check_tumbling(self._tumbling)
 
     def look(self) -> None:
         """Gives warnings about the last steps."""
@@ -81,11 +83,10 @@ class Monitor:
             self._tell_counted()
         if not self._solver_told and max(self._iterations) >= self._engine.model.opt.iterations:
             self._check_solver()
-        if self._tumbling is not None and self._calls % TUMBLES == 0:
-            self._check_tumbling(self._tumbling)
         self._calls += 1
         if self._calls % LOOKS == 0:
             self._find_lost()
+            self._find_sunk()
 
     def close(self) -> None:
         """Releases the engine's memory."""
@@ -93,21 +94,8 @@ class Monitor:
         self._iterations.release()
 
     def divergence(self) -> str:
-        """The message about a failed step: the body, the time, what to do."""
-        engine = self._engine
-        kind = next(kind for kind in _BAD if self._counters[kind])
-        place = int(engine.data.warning[kind].lastinfo)
-        if kind == _BAD[0]:
-            joint = int(np.searchsorted(engine.model.jnt_qposadr, place, side="right")) - 1
-            body = int(engine.model.jnt_bodyid[joint])
-        else:
-            body = int(engine.model.dof_bodyid[place])
-        name, values = _STATE[kind]
-        return (
-            f"{engine.body_name(body)}: the simulation diverged here, at {float(engine.data.time):.6g} s of physics: "
-            f"{name} became {float(getattr(engine.data, values)[place]):.3g}. Raise physics_hz, lower the stiffness, "
-            "speeds or mass ratios around it, or move apart what overlaps"
-        )
+        """The message about a failed step."""
+        return divergence(self._engine, self._spinning)
 
     def _tell_counted(self) -> None:
         for kind, (code, text) in _COUNTED.items():
@@ -152,12 +140,13 @@ class Monitor:
         worst = tumbling.worst(model, data)
         if worst.share > LOST:
             self._tumbling = None
+            self._spinning = self._engine.body_name(worst.body)
             much = f"{min(worst.share, 10.0 if worst.grows else 1.0):.0%} a second"
             effect = f"its wobble grows by {much}" if worst.grows else f"it loses {much} of its angular momentum"
             better = "" if model.opt.integrator == RK4 else ", or set physics.integrator to rk4"
             self._warn(
                 "spin-too-fast",
-                self._engine.body_name(worst.body),
+                self._spinning,
                 f"it turns by {worst.turn:.2g} rad in a step, and so {effect}; raise physics_hz{better}",
             )
 
@@ -174,3 +163,31 @@ class Monitor:
                 f"it is more than {FAR / 1000:g} km from the origin at {float(engine.data.time):.6g} s of physics; "
                 "give it something to rest on, or shorten the run",
             )
+
+    def _find_sunk(self) -> None:
+        """Warns of a body that overlaps deeply at two looks: what has just collided is apart again by the second."""
+        engine, before = self._engine, self._deep
+        now = self._deep = deepest_overlap(engine)
+        if before is None or now is None or min(before.depth, now.depth) <= DEEP:
+            return
+        masses, paths = engine.model.body_mass, engine.body_paths
+        moved = [one for one in now.bodies if 0 < one <= len(paths) and paths[one - 1] not in engine.kinematic]
+        body = min(moved, key=lambda one: float(masses[one]), default=0)
+        if body not in before.bodies or not body:
+            return
+        other = sum(now.bodies) - body
+        against = engine.body_name(other) if 0 < other <= len(paths) else "static geometry"
+        load = max(partners(engine, body), key=lambda one: float(masses[one]))
+        times = float(masses[load] / masses[body])
+        if times > HEAVIER:
+            why = f"{engine.body_name(load)}, which bears on it, has {times:.2g} times its mass"
+            better = "make their masses more alike"
+        else:
+            why = f"contact is that soft at {1 / float(engine.dt):g} Hz"
+            better = "raise physics_hz"
+        self._warn(
+            "bodies-sink",
+            engine.body_name(body),
+            f"it and {against} overlap by {now.depth:.2g} m and stay so: {why}; {better}, or lower "
+            "physics.contact_softness",
+        )

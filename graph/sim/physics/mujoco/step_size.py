@@ -53,22 +53,28 @@ def least_rate(steady: Callable[[float], bool], rate: float) -> float:
     return high
 
 
-def check_drives(engine: MujocoEngine, warn: Warn) -> None:
-    """Warns (`drive-unstable`) about the drive that needs the shortest step, if the present one is too long for it."""
+def unstable_drive(engine: MujocoEngine) -> tuple[str, float] | None:
+    """The drive that needs the highest rate [Hz] with an explicit integrator, and that rate; None if all are stable."""
     integrator, drives, dt = int(engine.model.opt.integrator), engine.drives, float(engine.dt)
     if integrator not in EXPLICIT:
-        return
-    worst, needed = "", 0.0
+        return None
+    found = []
     for joint, stiffness, damping in zip(drives.joints, *drives.gains_per_inertia, strict=True):
         if not holds(integrator, dt, stiffness=stiffness, damping=damping):
-            rate = least_rate(partial(holds, integrator, stiffness=stiffness, damping=damping), 1 / dt)
-            worst, needed = max((worst, needed), (joint.path, rate), key=lambda found: found[1])
-    if worst:
+            steady = partial(holds, integrator, stiffness=stiffness, damping=damping)
+            found.append((joint.path, least_rate(steady, 1 / dt)))
+    return max(found, key=lambda each: each[1], default=None)
+
+
+def check_drives(engine: MujocoEngine, warn: Warn) -> None:
+    """Warns (`drive-unstable`) about the drive that needs the shortest step, if the present one is too long for it."""
+    if worst := unstable_drive(engine):
+        path, needed = worst
         warn(
             "drive-unstable",
-            worst,
-            f"{EXPLICIT[integrator]} integrates drives explicitly, and this one is too stiff for {1 / dt:g} Hz: raise "
-            f"physics_hz to {math.ceil(needed):,} or leave physics.integrator out",
+            path,
+            f"{EXPLICIT[int(engine.model.opt.integrator)]} integrates drives explicitly, and this one is too stiff for "
+            f"{1 / float(engine.dt):g} Hz: raise physics_hz to {math.ceil(needed):,} or leave physics.integrator out",
         )
 
 

@@ -54,6 +54,40 @@ def test_a_body_that_has_left_the_scene_is_one_warning():
     assert message.startswith("it is more than 1000 km from the origin")
 
 
+def boxes(lower, upper):
+    """Two boxes of these masses [kg], one on the other."""
+    box = {"type": "Cube", "size": 0.5, "rigid_body": True}
+    first = {**box, "translate": [0, 0, 0.25], "mass": lower}
+    return PLANE | {"/Lower": first, "/Upper": {**box, "translate": [0, 0, 0.75], "mass": upper}}
+
+
+@pytest.mark.parametrize(("ratio", "softness", "sinks"), [(1e3, 1.0, False), (1e4, 1.0, True), (1e4, 0.1, False)])
+def test_a_body_that_a_heavy_one_presses_in_is_a_warning_with_the_ratio_of_the_masses(ratio, softness, sinks):
+    """About 5 um times the ratio times the softness: 5, 50 and 5 mm."""
+    with App(physics_hz=240, fidelity={"physics.contact_softness": softness}) as app:
+        app.add_prims(boxes(1.0, ratio))
+        app.play()
+        app.update(steps=130)
+        found = told(app, "bodies-sink")
+        depth = 0.25 - app.simulation.tensors.positions[0, 2]
+    assert depth == pytest.approx(5e-6 * ratio * softness, rel=0.05)
+    assert [where for where, _ in found] == ["/Lower"] * sinks
+    if sinks:
+        assert (
+            "static geometry overlap by 0.049 m and stay so: /Upper, which bears on it, has 1e+04 times" in found[0][1]
+        )
+
+
+def test_what_has_just_hit_the_ground_does_not_sink():
+    """10 m/s at 60 Hz are 0.17 m in a step, so it is deep in the ground now and then, never for a second."""
+    ball = {"type": "Sphere", "radius": 0.5, "rigid_body": True, "translate": [0, 0, 5.5]}
+    with App(physics_hz=60) as app:
+        app.add_prims(PLANE | {"/Ball": ball})
+        app.play()
+        app.update(steps=300)
+        assert told(app, "bodies-sink") == []
+
+
 def test_contacts_that_mujoco_has_no_memory_for_are_one_warning_and_nothing_on_the_terminal(tmp_path, capfd):
     """100 boxes on a plane have 400 contacts; 100 KB hold fewer (a contact takes more than half a KB)."""
     boxes = "".join(

@@ -124,6 +124,29 @@ def test_an_op_that_usd_does_not_know_is_left_out(tmp_path):
     assert [(code, where) for code, where, _ in warnings] == [("bad-transform-op", "/A")]
 
 
+@pytest.mark.parametrize(
+    ("turn", "said"),
+    [("(2, 0, 0, 2)", "has the length 2.82843"), ("(0, 0, 0, 0)", "no rotation"), ("(nan, 0, 0, 0)", "no rotation")],
+)
+def test_a_quaternion_that_is_not_of_length_1_is_normalised_or_counts_as_no_turn(tmp_path, turn, said):
+    """A quarter turn about z puts the corner (1, 1) of the box at (-1, 1), which was at (5, 0, 0) + (1, 0)."""
+    order = 'uniform token[] xformOpOrder = ["xformOp:orient", "xformOp:translate"]'
+    ops = f"quatd xformOp:orient = {turn}\n double3 xformOp:translate = (5, 0, 0)"
+    parts, warnings = opened(scene(tmp_path, f'def Cube "A"\n{{\n {order}\n {ops}\n}}\n'))
+    middle = (parts[0].vertices.min(axis=0) + parts[0].vertices.max(axis=0)) / 2
+    assert middle == pytest.approx([0, 5, 0] if "length" in said else [5, 0, 0], abs=1e-6)
+    [(code, where, text)] = warnings
+    assert (code, where) == ("orient-not-unit", "/A")
+    assert said in text
+
+
+def test_a_quaternion_of_half_precision_is_left_alone(tmp_path):
+    """0.7071 as half is 0.70703, so that the length is 0.9999."""
+    order = 'uniform token[] xformOpOrder = ["xformOp:orient"]'
+    ops = "quath xformOp:orient = (0.7071, 0, 0, 0.7071)"
+    assert opened(scene(tmp_path, f'def Cube "A"\n{{\n {order}\n {ops}\n}}\n'))[1] == []
+
+
 def matrix(rows):
     return f'uniform token[] xformOpOrder = ["xformOp:transform"]\n matrix4d xformOp:transform = ({rows})'
 

@@ -1,0 +1,202 @@
+"""Values that are not finite in every float attribute of prims, and in configurations: refused, told, or documented."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import tempfile
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from graph.base.errors import UserError
+from graph.files import loads
+from graph.session.open import option_problems
+from graph.sim import App
+from graph.sim.fidelity import KNOBS, Fidelity
+from graph.sim.usd import Gf
+from sensors.lidar.config import EMITTER_FLOATS, EmitterState, LidarConfig
+from sensors.lidar.prim import write_config
+from sensors.products import render_product
+from sensors.sensor_types import sensor_types
+
+from .case import Case, refusal
+from .clocks import turning
+from .inputs import AREA, VALUES, fault, none_of, strict
+from .worlds import GROUND, SENSOR, Prims, body, cube, mesh
+
+CARRIED: Mapping[str, str] = {
+    "extent": "not read: bounds are those of the points",
+    "primvars:displayColor": "no colour",
+    "primvars:displayOpacity": "opaque",
+    "normals": "those of the triangles",
+    "cornerSharpnesses": "read for subdivision only",
+    "creaseSharpnesses": "read for subdivision only",
+    "physics:breakForce": "never breaks",
+    "physics:breakTorque": "never breaks",
+    **dict.fromkeys(("velocities", "accelerations", "clippingPlanes", "shutter:open", "shutter:close"), "not read"),
+    **dict.fromkeys(("guideRadius", "inputs:specular"), "not read"),
+    **{f"inputs:{name}": "the default of UsdLux" for name in ("angle", "color", "colorTemperature", "diffuse")},
+    **{f"inputs:{name}": "the default of UsdLux" for name in ("exposure", "intensity", "radius")},
+}
+"""Attributes in which a value that is not finite is taken without a word, and what it counts as."""
+
+UNLIMITED = {
+    *(f"physics:{name}" for name in ("lowerLimit", "upperLimit", "minDistance", "maxDistance")),
+    *(f"physics:coneAngle{number}Limit" for number in (0, 1)),
+    *(f"drive:{kind}:physics:maxForce" for kind in ("angular", "linear")),
+}
+"""Limits that Inf switches off."""
+
+WALL: Prims = {"/Wall": cube(2.0, (5, 0, 0), orient=[1, 0, 0, 0], scale=[1, 1, 1])}
+PLACED: dict[str, Any] = {"translate": [0, 0, 0], "rotate": [0, 0, 0], "scale": [1, 1, 1]}
+
+
+def _joints() -> dict[str, Any]:
+    """A row of bodies, each tied to the next by another kind of joint."""
+    kinds = {"Revolute": "angular", "Prismatic": "linear", "Spherical": "", "Distance": "", "Fixed": ""}
+    prims: dict[str, Any] = {"/B0": body(0.5, (0, 0, 2), mass=1.0)}
+    for number, (kind, drive) in enumerate(kinds.items()):
+        prims[f"/B{number + 1}"] = body(0.5, (number + 1, 0, 2), mass=1.0, collision=False)
+        ends: dict[str, Any] = {"physics:body0": f"/B{number}", "physics:body1": f"/B{number + 1}"}
+        ends |= {"physics:localPos0": [0.5, 0, 0], "physics:localPos1": [-0.5, 0, 0]}
+        schemas = [f"PhysicsDriveAPI:{drive}"] if drive else []
+        prims[f"/{kind}"] = {"type": f"Physics{kind}Joint", "schemas": schemas, "attributes": ends}
+    return prims
+
+
+STUFF = {"schemas": "PhysicsMaterialAPI", "type": "Material"}
+MOVING: dict[str, Any] = {
+    "velocity": [0, 0, 0],
+    "angular_velocity": [0, 0, 0],
+    "orient": [1, 0, 0, 0],
+    "scale": [1, 1, 1],
+}
+TETRAHEDRON = mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+SOLIDS = ("Cube", "Sphere", "Cylinder", "Capsule", "Cone")
+RADAR = {"omni:sensor:WpmDmat:scan:s001:maxAzAngDeg": 5.0, "omni:sensor:WpmDmat:scan:s001:maxElAngDeg": 3.0}
+
+WORLDS: Mapping[str, Prims] = {
+    "bodies": {
+        **GROUND,
+        "/Scene": {"type": "PhysicsScene"},
+        "/Stuff": STUFF,
+        "/Box": body(0.5, (0, 0, 1), mass=1.0, **MOVING),
+        "/Other": body(0.5, (2, 0, 1), attributes={"material:binding:physics": "/Stuff"}),
+    },
+    "joints": _joints(),
+    "shapes": {
+        **{f"/{kind}": {"type": kind, "translate": [3 * n, 0, 0]} for n, kind in enumerate(SOLIDS)},
+        "/Mesh": {**TETRAHEDRON, "translate": [-3, 0, 0]},
+        "/Plane": {"type": "Plane", "width": 4, "length": 4, "translate": [0, 0, -3]},
+        SENSOR: {"type": "OmniLidar", "translate": [0, -5, 0]},
+    },
+    "lidar": {**WALL, SENSOR: {"type": "OmniLidar", **PLACED}},
+    "radar": {**WALL, SENSOR: {"type": "OmniRadar", "attributes": RADAR, **PLACED}},
+    "acoustic": {**WALL, SENSOR: {"type": "OmniAcoustic", **PLACED}},
+    "camera": {
+        **WALL,
+        SENSOR: {"type": "Camera", **PLACED},
+        **{f"/{kind}": {"type": f"{kind}Light"} for kind in ("Distant", "Dome", "Sphere")},
+    },
+}
+
+
+def attributes(world: str) -> float:
+    """Each float attribute of a world's prims, once with NaN and once with Inf, in a file that is opened and played."""
+    with App() as app:
+        app.add_prims(WORLDS[world])
+        if (prim := app.stage.GetPrimAtPath(SENSOR)) and prim.GetTypeName() == "OmniLidar":
+            write_config(prim, turning("10"))
+        layer, stage = app.stage.GetRootLayer(), app.stage
+        faults, tried = [], set[str]()
+        with strict(), tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "scene.usda"
+            for prim in list(stage.Traverse()):
+                for attribute in prim.GetAttributes():
+                    name = attribute.GetName()
+                    if name in tried or filled(attribute, math.nan) is None:
+                        continue
+                    tried.add(name)
+                    authored, before = attribute.HasAuthoredValue(), attribute.Get()
+                    for value in VALUES:
+                        attribute.Set(filled(attribute, value, before))
+                        layer.Export(str(file))
+                        if found := fault(partial(play, file, str(prim.GetPath()), silent(name, value))):
+                            faults.append(f"{prim.GetPath()}.{name} = {value}: {found}")
+                    attribute.Set(before) if authored else attribute.Clear()
+        return none_of(faults)
+
+
+def silent(name: str, value: float) -> bool:
+    """Whether an attribute may take the value without a word."""
+    return name in CARRIED or (math.isinf(value) and name in UNLIMITED)
+
+
+def play(file: Path, path: str, silently: bool) -> None:
+    """Plays a scene whose prim has a value that is not finite. Raises ArithmeticError if nothing is said of it."""
+    with App(file, physics_hz=60, loop_hz=60) as app:
+        if prim := app.stage.GetPrimAtPath(SENSOR):
+            product = render_product(app, SENSOR, (8, 8))
+            kind = sensor_types()[str(prim.GetTypeName())]
+            product.sensor.require("stability", kind.measures, ignore_aux=True)
+        app.play()
+        app.update(7)
+        if app.physics is not None and not np.isfinite(app.physics.positions).all():
+            raise ArithmeticError("bodies have places that are not finite")
+        if not silently and not any(path in warning.where for warning in app.warnings):
+            raise ArithmeticError("taken without a word")
+
+
+def filled(attribute: Any, value: float, present: Any = None) -> Any:
+    """A value of the attribute's type with `value` in all its numbers; None unless it holds floats."""
+    kind = attribute.GetTypeName()
+    one = kind.scalarType.defaultValue
+    if isinstance(one, float):
+        filled = value
+    elif isinstance(one, Gf.Quatf | Gf.Quatd | Gf.Quath):
+        filled = type(one)(value, one.GetImaginary())
+    elif isinstance(one, Gf.Matrix4d):
+        filled = Gf.Matrix4d(value)
+    elif type(one).__name__.startswith("Vec") and type(one).__name__.endswith(("f", "d", "h")):
+        filled = type(one)(*[value] * len(one))
+    else:
+        return None
+    return type(kind.defaultValue)([filled] * max(1, len(present or ()))) if kind.isArray else filled
+
+
+def settings(value: float) -> float:
+    """Each field of a lidar's configuration and emitters, each fidelity knob, the clock: those that are taken."""
+    config = turning("10")
+    makers: dict[str, Callable[[], Any]] = {}
+    for field in dataclasses.fields(LidarConfig):
+        before = getattr(config, field.name)
+        if isinstance(before, float) or (isinstance(before, tuple) and field.name not in NO_FLOATS):
+            held = (value,) * max(3, len(before)) if isinstance(before, tuple) else value
+            makers[field.name] = partial(dataclasses.replace, config, **{field.name: held})
+    for name in EMITTER_FLOATS:
+        emitter = EmitterState(**{"azimuth_deg": np.zeros(1), "elevation_deg": np.zeros(1), name: np.array([value])})
+        makers[f"emitter {name}"] = partial(dataclasses.replace, config, emitter_states=(emitter,))
+    makers |= {name: partial(Fidelity.from_mapping, {name: value}) for name in KNOBS}
+    makers |= {name: partial(_clock, name, value) for name in ("physics_hz", "loop_hz")}
+    return none_of([name for name, make in makers.items() if not refusal(make)])
+
+
+NO_FLOATS = ("emitter_states", "num_rays_per_line")
+
+
+def _clock(name: str, value: float) -> None:
+    """A graph file whose clock has the value. Raises UserError with its problems."""
+    text = f"tickgraph: 1\nclock: {{{name}: {'.nan' if math.isnan(value) else '.inf'}}}\n"
+    if problems := option_problems(loads(text)):
+        raise UserError(problems)
+
+
+CASES = (
+    Case(AREA, "NaN and Inf in every float attribute of a scene's prims", 0.0, "flaws",
+         "a line, a warning, or documented (graph/stability/attributes.py)", attributes, tuple(WORLDS)),
+    Case(AREA, "NaN and Inf in lidar configurations, knobs, clocks", 0.0, "flaws", "refused", settings, VALUES),
+)  # fmt: skip

@@ -1,0 +1,75 @@
+"""The cases of `graph doctor --stability`, the command, and the table in the README."""
+
+import json
+import re
+
+import pytest
+
+from graph.cli.main import main
+from graph.stability.case import Case
+from graph.stability.table import CASES
+from tests.support.places import ROOT
+
+from .readme import COMMAND, table_of
+
+FAST = [case for case in CASES if not case.slow]
+
+
+@pytest.mark.parametrize("case", FAST, ids=lambda case: f"{case.area}: {case.name}")
+def test_a_case_at_an_extreme_meets_its_bound(case):
+    outcome = case.run()
+    assert outcome.ok, f"{outcome.measured}; the bound is {case.limit}: {case.why}"
+
+
+def test_the_table_in_the_readme_has_every_case_with_its_bound_and_reason():
+    """Measured values differ between machines; the others do not."""
+    shown = [[cell.strip() for cell in re.split(r" *(?<!\\)\| *", line)[1:-1]] for line in table_of(ROOT / "README.md")]
+    wanted = [[case.area, case.name, case.limit, case.why] for case in CASES]
+    assert [[*cells[:3], cells[4]] for cells in shown[2:]] == wanted, f"run: {COMMAND}"
+
+
+def lines_of(capsys, *options):
+    code = main(["doctor", "--stability", *options])
+    return code, capsys.readouterr().out.splitlines()
+
+
+def test_the_command_prints_case_measured_value_and_bound_and_ends_with_0(capsys):
+    code, lines = lines_of(capsys, "--only", "a fall 0 to 1e8 m")
+    assert code == 0
+    assert re.fullmatch(r"ok +bodies +a fall 0 to 1e8 m from the origin  \S+ m.*  \(bound 2e-06 m\)", lines[0])
+    assert lines[1:] == ["1 case, all ok"]
+
+
+def test_a_case_beyond_its_bound_is_shown_where_and_ends_with_1(capsys, monkeypatch):
+    half = Case("tests", "halves", 0.4, "m", "they are too large", lambda value: value / 2, (0.5, 1.0))
+    silent = Case("tests", "a refusal", "no", "", "nobody refuses", lambda value: "")
+    broken = Case("tests", "a defect", 1.0, "", "it raises", lambda value: 1 / value, (0,))
+    monkeypatch.setattr("graph.stability.table.CASES", (half, silent, broken))
+    code, lines = lines_of(capsys)
+    assert code == 1
+    assert lines == [
+        "FAIL  tests       halves     0.5 m at 1  (bound 0.4 m)",
+        'FAIL  tests       a refusal  taken without a word  (bound "no")',
+        "FAIL  tests       a defect   ZeroDivisionError: division by zero at 0  (bound 1)",
+        "3 of 3 cases FAIL",
+    ]
+
+
+def test_json_and_markdown_hold_the_same_cells(capsys):
+    only = ("--only", "a quaternion of zeros")
+    _, (text) = lines_of(capsys, *only, "--json")
+    [found] = json.loads("\n".join(text))["cases"]
+    _, table = lines_of(capsys, *only, "--markdown")
+    assert found["ok"] is True
+    assert table == [
+        "| of | case | bound | measured | because |",
+        "|---|---|---|---|---|",
+        '| bodies | a quaternion of zeros | "is not a rotation" | told | it has no direction |',
+    ]
+    cells = " | ".join(found[key] for key in ("area", "case", "bound", "measured", "why"))
+    assert table[2] == f"| {cells} |"
+
+
+def test_a_text_that_no_case_has_is_refused(capsys):
+    assert main(["doctor", "--stability", "--only", "nowhere"]) == 2
+    assert "--only nowhere: no case has this in its line" in capsys.readouterr().err
