@@ -12,7 +12,7 @@ from graph.base.errors import RunError
 from graph.base.exact import shortest
 from graph.sim.timing.wall_clock import RealClock
 
-from .printing import safe_line
+from .printing import counted, safe_line
 from .silent_outputs import silent_parts, wired_sensors
 
 if TYPE_CHECKING:
@@ -31,7 +31,8 @@ if TYPE_CHECKING:
 Report = dict[str, Any]
 
 REPORT = "report.json"
-SENSOR_COLUMNS = ("Hz", "frames", "points", "first (s)", "last (s)")
+SENSOR_COLUMNS = ("Hz", "frames", "points", "begins (s)", "last (s)")
+"""The last two: when the first and the last frame begin; a lidar's turn begins a period before its messages' stamp."""
 GAP = 2
 """Spaces between the columns of a table."""
 
@@ -91,7 +92,7 @@ def print_table(report: Report, console: Console) -> None:
     """Prints sensors, topics and clocks of a run as a table."""
     if report["sensors"]:
         table = _table("sensor", *SENSOR_COLUMNS)
-        rows = {path: _sensor_cells(sensor) for path, sensor in report["sensors"].items()}
+        rows = {path: _sensor_cells(sensor, report["loop_hz"]) for path, sensor in report["sensors"].items()}
         widths = (max(map(len, column)) for column in zip(SENSOR_COLUMNS, *rows.values(), strict=True))
         room = console.width - sum(GAP + width for width in widths) - GAP
         for path, cells in rows.items():
@@ -104,9 +105,9 @@ def print_table(report: Report, console: Console) -> None:
             table.add_row(_name(topic, console.width // 2), _amount(count["messages"]), _name(count["type"]))
         console.print(table)
     clocks = _table("clock", "at the end (s)", "counted")
-    clocks.add_row("timeline", _decimal(report["timeline_time"]), f"{report['updates']:,} updates")
-    clocks.add_row("physics", _decimal(report["simulation_time"]), f"{report['physics_steps']:,} steps")
-    clocks.add_row("renderer", _decimal(report["external_time"]), f"{_frames(report):,} frames")
+    clocks.add_row("timeline", _decimal(report["timeline_time"]), counted(report["updates"], "updates"))
+    clocks.add_row("physics", _decimal(report["simulation_time"]), counted(report["physics_steps"], "steps"))
+    clocks.add_row("renderer", _decimal(report["external_time"]), counted(_frames(report), "frames"))
     console.print(clocks)
     for name, live in report.get("live", {}).items():
         counts = [sum(topic[what] for topic in live["topics"].values()) for what in ("sent", "dropped", "received")]
@@ -151,10 +152,10 @@ def _table(name: str, *columns: str) -> Table:
     return table
 
 
-def _sensor_cells(sensor: Mapping[str, Any]) -> tuple[str, ...]:
+def _sensor_cells(sensor: Mapping[str, Any], loop_hz: str) -> tuple[str, ...]:
     silent = "" if sensor["frames"] else " (silent)"
     return (
-        f"{sensor['tick_rate']:g}",
+        f"{sensor['tick_rate']:g}" if sensor["tick_rate"] else f"{loop_hz} (loop)",
         f"{sensor['frames']:,} of {sensor['due']:,}{silent}",
         f"{sensor['elements']:,}",
         _seconds(sensor["first_frame_ns"]),

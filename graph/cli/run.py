@@ -103,6 +103,7 @@ def run(args: argparse.Namespace) -> int:
     from graph.session.missed_ticks import missed_in_run
     from graph.session.open import open_session
     from graph.sim.messages.bus import CountingSink
+    from graph.sim.settings import suggestion
     from graph.sim.transports.targets import connect, read_targets
     from graph.trade.meter import Meter, MeteredSink
     from sensors.writers.preview import Previews
@@ -186,6 +187,9 @@ def run(args: argparse.Namespace) -> int:
                 if player is not None:
                     warn_unheard(app, player)
                 warn_of_blind_sensors(app)
+                for path in args.settings:
+                    if not app.settings.is_read(path) and suggestion(path) is None:
+                        app.warn("setting-unread", path, "nothing in this run read it; correct it, or leave it out")
                 missed = [*missed_in_run(app)]
                 for warning in (*missed, *idle_in_run(app, session.runner)):
                     app.warn(*warning)

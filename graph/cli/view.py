@@ -8,7 +8,7 @@ from pathlib import Path
 from graph.base.errors import RunError, UserError
 
 from .info import measure, said_of
-from .printing import say, tell
+from .printing import counted, say, tell
 from .progress import reading
 
 FOLDER = "view"
@@ -57,6 +57,6 @@ def run(args: argparse.Namespace) -> int:
             raise RunError(f"{error.filename or out}: {error.strerror or error}") from error
         for line in (*recording.notes, *problems):
             tell(line)
-    pictures = f" and {len(written) - 1} pictures" if len(written) > 1 else ""
+    pictures = f" and {counted(len(written) - 1, 'pictures')}" if len(written) > 1 else ""
     say(f"wrote {written[0]} ({written[0].stat().st_size / 1e6:.1f} MB){pictures}")
     return 0

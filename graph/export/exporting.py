@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import csv
-import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from graph.base.errors import RunError, UserError
 
 from . import clouds, images, kitti, nuscenes, point_files, poses, tables
+from .file_names import file_names
 from .layouts import read_labels
 
 if TYPE_CHECKING:
@@ -42,10 +42,11 @@ def export(run: RunReader, form: str, out: Path, patterns: Sequence[str] = (), *
         return [*notes, f"wrote {', '.join(topics)} into {out} ({form})"]
     scanned = [topic for topic in topics if run.recorded[topic].type_name in clouds.TYPES]
     pictured = [topic for topic in topics if run.recorded[topic].type_name == images.IMAGE and form in ("png", "npz")]
-    tabled = {topic: out / f"{_file_name(topic)}.csv" for topic in topics if topic not in (*scanned, *pictured)}
-    lines = _write_scans(run, form, out, scanned, transforms, world) if scanned else []
+    places = {topic: out / name for topic, name in file_names(run.recorded).items()}
+    tabled = {topic: out / f"{places[topic].name}.csv" for topic in topics if topic not in (*scanned, *pictured)}
+    lines = _write_scans(run, form, {topic: places[topic] for topic in scanned}, transforms, world) if scanned else []
     if pictured:
-        lines += _write_images(run, form, out, pictured)
+        lines += _write_images(run, form, {topic: places[topic] for topic in pictured})
     if tabled:
         tables.write_tables(run, tabled)
         lines += (f"wrote {path}" for path in tabled.values())
@@ -89,54 +90,52 @@ def _of_type(run: RunReader, type_name: str) -> list[str]:
 
 
 def _write_scans(
-    run: RunReader, form: str, out: Path, topics: list[str], transforms: poses.TransformLog, world: bool
+    run: RunReader, form: str, folders: Mapping[str, Path], transforms: poses.TransformLog, world: bool
 ) -> list[str]:
     from .scans import scans
 
     write, placed = point_files.WRITERS[form], Counter[str]()
     with ExitStack() as held:
         indexes: dict[str, Any] = {}
-        for topic in topics:
-            folder = out / _file_name(topic)
+        for topic, folder in folders.items():
             folder.mkdir(parents=True, exist_ok=True)
             file = held.enter_context((folder / "scans.csv").open("w", newline="", encoding="utf-8"))
             indexes[topic] = csv.writer(file)
             indexes[topic].writerow(INDEX)
         counts = Counter[str]()
-        for scan in scans(run, topics, transforms):
+        for scan in scans(run, [*folders], transforms):
             name = f"{scan.index:06d}.{form}"
-            write(out / _file_name(scan.topic) / name, scan, scan.moved_to_world() if world else scan.points)
+            write(folders[scan.topic] / name, scan, scan.moved_to_world() if world else scan.points)
             pose = [""] * 7 if scan.pose is None else point_files.pose_numbers(scan.pose)
             indexes[scan.topic].writerow([name, scan.stamp_ns, scan.frame_id, len(scan.points), *pose])
             counts[scan.topic] += 1
             placed[scan.topic] += scan.pose is not None
     lines = []
-    for topic in topics:
-        poseless = counts[topic] - placed[topic]
-        where = out / _file_name(topic)
-        lines.append(f"wrote {_counted(counts[topic], 'scan')} of {topic} into {where}, with the poses in scans.csv")
-        if poseless:
-            what = _counted(poseless, "scan")
+    for topic, folder in folders.items():
+        count, with_pose = counts[topic], placed[topic]
+        posed = "with the poses" if with_pose == count else f"with {_counted(with_pose, 'pose')}"
+        lines.append(f"wrote {_counted(count, 'scan')} of {topic} into {folder}, {posed} in scans.csv")
+        if with_pose < count:
+            what = _counted(count - with_pose, "scan")
             lines.append(f"{topic}: {what} without a pose: no transform of its frame is recorded at that time")
     return lines
 
 
-def _write_images(run: RunReader, form: str, out: Path, topics: list[str]) -> list[str]:
+def _write_images(run: RunReader, form: str, folders: Mapping[str, Path]) -> list[str]:
     import numpy as np
 
     counts, failed = Counter[str](), dict[str, str]()
-    for topic in topics:
-        (out / _file_name(topic)).mkdir(parents=True, exist_ok=True)
     with ExitStack() as held:
         indexes: dict[str, Any] = {}
-        for topic in topics:
-            file = held.enter_context((out / _file_name(topic) / "images.csv").open("w", newline="", encoding="utf-8"))
+        for topic, folder in folders.items():
+            folder.mkdir(parents=True, exist_ok=True)
+            file = held.enter_context((folder / "images.csv").open("w", newline="", encoding="utf-8"))
             indexes[topic] = csv.writer(file)
             indexes[topic].writerow(["file", "stamp_ns", "frame_id"])
-        for entry in run.read(topics):
+        for entry in run.read([*folders]):
             message = entry.load()
             name = f"{counts[entry.topic]:06d}.{form}"
-            path = out / _file_name(entry.topic) / name
+            path = folders[entry.topic] / name
             stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
             try:
                 if form == "png":
@@ -151,14 +150,9 @@ def _write_images(run: RunReader, form: str, out: Path, topics: list[str]) -> li
     if failed and not any(counts.values()):
         topic, why = next(iter(failed.items()))
         raise RunError(f"{run.name}: {topic}: {why}")
-    lines = [f"wrote {_counted(counts[topic], 'image')} of {topic} into {out / _file_name(topic)}" for topic in topics]
+    lines = [f"wrote {_counted(counts[topic], 'image')} of {topic} into {folder}" for topic, folder in folders.items()]
     return lines + [f"{topic}: images are left out: {why}" for topic, why in failed.items()]
 
 
 def _counted(number: int, what: str) -> str:
     return f"{number:,} {what}" if number == 1 else f"{number:,} {what}s"
-
-
-def _file_name(topic: str) -> str:
-    """A topic as the name of a file: /front/points is front_points."""
-    return re.sub(r"[^A-Za-z0-9_.-]", "_", topic.strip("/")).strip(".") or "topic"

@@ -26,8 +26,6 @@ from .tree import Map, Seq, offset
 _SCENE_SUFFIXES = {"usd": (".usd", ".usda", ".usdc", ".usdz"), "mjcf": (".xml",)}
 LEAST_PART = 10_000
 """Least size of a part of a recording, in bytes."""
-LEAST_SPAN = 1
-"""Least length of a part of a recording, in seconds of simulation."""
 _MARKED_SECTIONS = ("scene", "clock", "settings", "fidelity", "record")
 
 
@@ -132,8 +130,10 @@ class Builder:
         size, seconds = record.split_size, record.split_seconds
         if size is not None and size < LEAST_PART:
             self._wrong(("record", "split_size"), f"record.split_size: {size} bytes; give {LEAST_PART:,} or more")
-        if seconds is not None and seconds < LEAST_SPAN:
-            self._wrong(("record", "split_seconds"), f"record.split_seconds: {seconds} s; give {LEAST_SPAN} or more")
+        if not record.topics and "topics" in record.model_fields_set:
+            self._wrong(
+                ("record", "topics"), "record.topics: the list is empty; leave it out for all, or write exclude: ['*']"
+            )
         for key in ("topics", "exclude"):
             for index, topic in enumerate(getattr(record, key)):
                 if not topic.strip("/ "):

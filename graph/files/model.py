@@ -25,6 +25,8 @@ VERSION = 1
 _ATTRIBUTE = re.compile(r"[^\s.\[\],>]+")
 HIGHEST_RATE = 10**9
 """Largest rate [Hz]; stamps are whole nanoseconds."""
+LEAST_SPAN = 1
+"""Shortest part of a recording [s]."""
 LONGEST_DURATION = 10**9
 """Longest duration [s], about 32 years."""
 
@@ -46,6 +48,14 @@ def _rate(value: Any) -> Fraction:
 
 def _duration(value: Any) -> Fraction:
     return _positive(value, exact.duration, LONGEST_DURATION, "a time in seconds such as 5, 0.5 or 1/240")
+
+
+def _span(value: Any) -> Fraction:
+    meaning = f"a time in seconds such as 60, {LEAST_SPAN} or more"
+    span = _positive(value, exact.duration, LONGEST_DURATION, meaning)
+    if span < LEAST_SPAN:
+        raise problem(f"must be {meaning}, found {described(value)}")
+    return span
 
 
 def _positive(value: Any, convert: Callable[[int | float | str], Fraction], limit: int, meaning: str) -> Fraction:
@@ -150,6 +160,7 @@ _NUMBER_OR_FRACTION = {
 }
 Rate = Annotated[Fraction, PlainValidator(_rate), WithJsonSchema(_NUMBER_OR_FRACTION)]
 Duration = Annotated[Fraction, PlainValidator(_duration), WithJsonSchema(_NUMBER_OR_FRACTION)]
+Span = Annotated[Fraction, PlainValidator(_span), WithJsonSchema(_NUMBER_OR_FRACTION)]
 Identifier = Annotated[str, PlainValidator(_identifier), WithJsonSchema({"type": "string"})]
 AttributeName = Annotated[
     str, PlainValidator(_attribute_name), WithJsonSchema({"type": "string", "pattern": "^(inputs|outputs|state):."})
@@ -312,11 +323,12 @@ class Record(_Part):
     split_size: Annotated[int, Field(strict=True)] | None = Field(
         default=None, description="Bytes at which the recording goes on in the next part, run_0.mcap, run_1.mcap, ..."
     )
-    split_seconds: Duration | None = Field(
+    split_seconds: Span | None = Field(
         default=None, description="Seconds of simulation in a part, run_0.mcap, run_1.mcap, ..."
     )
     topics: list[str] = Field(
-        default_factory=list, description="Topics to record, * for any text, such as /camera/*. Left out: all."
+        default_factory=list,
+        description="Topics to record, * for any text, such as /camera/*. Left out: all. To record none: exclude all.",
     )
     exclude: list[str] = Field(default_factory=list, description="Topics to leave out, * for any text.")
 

@@ -137,6 +137,7 @@ class Settings:
         self._values: dict[str, Any] = dict(defaults)
         self._branches = {parent for path in self._values for parent in _above(path)}
         self._authored: set[str] = set()
+        self._read: set[str] = set()
         self._subscribers: dict[str, list[Callable[[Any], None]]] = {}
         self._tell_misspelt: Callable[[str, str], None] | None = None
         problems: list[Problem] = []
@@ -151,6 +152,8 @@ class Settings:
     def get(self, path: str, default: Any = None) -> Any:
         """The value at `path`; for a branch, a dict of everything below it; else `default`."""
         path = normalised(path)
+        if path not in KNOWN:
+            self._read.add(path)
         if path in self._values:
             return self._values[path]
         return self._branch(path) or default
@@ -188,6 +191,11 @@ class Settings:
     def is_authored(self, path: str) -> bool:
         """Whether the user, rather than a default, gave the value."""
         return normalised(path) in self._authored
+
+    def is_read(self, path: str) -> bool:
+        """Whether something reads the setting: a part of this package, or so far a `get` or a subscriber."""
+        path = normalised(path)
+        return path in KNOWN or not self._read.isdisjoint((path, *_above(path))) or bool(self._subscribers.get(path))
 
     def rate(self, path: str) -> Fraction:
         """The value as an exact number [Hz]."""

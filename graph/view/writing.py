@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graph.base.errors import UserError
+from graph.export.file_names import file_names
 
 from .clouds import CloudPanel
 from .collecting import Collected, Picture, collect, source_of
@@ -120,6 +121,7 @@ def radar_data(panel: CloudPanel) -> dict[str, Any] | None:
 def write_pictures(found: Collected, out: Path) -> list[Path]:
     """One PNG a second of each camera, each range image and each cloud from above."""
     written: list[Path] = []
+    names = file_names([*found.pictures, *found.ranges, *found.clouds])
 
     def write(what: str, pictures: Iterable[tuple[int, Callable[[], Any]]]) -> None:
         due = -np.inf
@@ -133,20 +135,16 @@ def write_pictures(found: Collected, out: Path) -> list[Path]:
 
     for kinds, suffix in ((found.pictures, ""), (found.ranges, "_range")):
         for name, pictures in kinds.items():
-            write(_file_name(name) + suffix, ((one.stamp_ns, partial(_image, one)) for one in pictures))
+            write(names[name] + suffix, ((one.stamp_ns, partial(_image, one)) for one in pictures))
     for name, panel in found.clouds.items():
         if (bounds := panel.bounds()) is not None:
             views = ((one.stamp_ns, partial(top_view, one.places, *bounds)) for one in panel.frames if len(one.places))
-            write(_file_name(name) + "_top", views)
+            write(f"{names[name]}_top", views)
     return written
 
 
 def _image(picture: Picture) -> Any:
     return picture.image
-
-
-def _file_name(topic: str) -> str:
-    return re.sub(r"[^A-Za-z0-9]+", "_", topic).strip("_") or "topic"
 
 
 def _rounded(values: Any) -> list[float]:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
+from graph.base.errors import UserError
 from graph.node import Attribute, Database, node_type
+from graph.node.at_load import NodeAtLoad
 
 
 @dataclass(slots=True)
@@ -14,9 +17,28 @@ class _Made:
     own: bool = False
 
 
+def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
+    """The size of a camera's pictures, where the file gives all of it."""
+    from sensors.camera import names
+    from sensors.camera.runtime import checked_size
+
+    db = node.db
+    if any(db.connected(f"inputs:{name}") for name in ("width", "height", "cameraPrim", "renderProductPrim")):
+        return
+    cameras = [str(path) for path in db.inputs.cameraPrim]
+    given = next((name for name in ("width", "height") if name in node.given), None)
+    if given is None or len(cameras) != 1 or node.stage.GetPrimAtPath(cameras[0]).GetTypeName() != names.PRIM_TYPE:
+        return
+    try:
+        checked_size(cameras[0], (db.inputs.width, db.inputs.height))
+    except UserError as error:
+        yield given, str(error)
+
+
 @node_type(
     "isaacsim.core.nodes.IsaacCreateRenderProduct",
     version=3,
+    check=_check,
     needs=(("cameraPrim", "renderProductPrim"),),
     inputs={
         "execIn": Attribute("execution", "makes the product, or finds the one there is"),

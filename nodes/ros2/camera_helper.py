@@ -73,7 +73,7 @@ HELPER_INPUTS = {
 def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
     yield from check_names(node)
     if not node.db.connected("inputs:type") and node.db.inputs.type == COMPRESSED and not has_encoder():
-        yield "inputs:type", NO_ENCODER
+        yield "type", NO_ENCODER
 
 
 @node_type(

@@ -65,6 +65,7 @@ class LiveSink:
         self._waiting_bytes = 0
         self._subscribed: set[str] = set()
         self._announced_at: dict[str, float] = {}
+        self._alone = True
         self._deadline: float | None = None
         self._thread = threading.Thread(target=self._run, name=f"live {name}", daemon=True)
         self._thread.start()
@@ -138,6 +139,12 @@ class LiveSink:
             if lost := self._inbox.dropped(topic):
                 message = f"dropped {lost:,} of the messages from outside, which came faster than updates took them"
                 yield "live-dropped", where, message
+        sent = sum(count.sent for count in self.counts.values())
+        if sent and self._alone and not any(count.received for count in self.counts.values()):
+            message = (
+                f"no listener was there: nobody took the {sent:,} messages that were sent to {self.transport.place}"
+            )
+            yield "live-no-listener", self.name, message
         for code, message in self.transport.notes():
             yield code, self.name, message
 
@@ -198,6 +205,7 @@ class LiveSink:
                 self._await_listener(task.topic)
                 self.transport.send(task)
                 count.sent += 1
+                self._alone = self._alone and not self.transport.matched(task.topic)
         except Exception as error:  # a network's library may raise anything; a run goes on without its listeners
             count.reason = str(error) if isinstance(error, NotSentError) else reason_of(error)
             count.not_sent += isinstance(task, Outgoing)

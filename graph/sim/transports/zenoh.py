@@ -68,10 +68,12 @@ class ZenohTransport:
         self._publishers[topic.name] = _Publisher(publisher, identity)
 
     def matched(self, topic: str) -> bool:
-        """Whether a subscriber has matched; true for topics with a cache, which late ones read."""
+        """Whether a subscriber has matched; for topics with a cache, which late ones read: whether a peer is there."""
         publisher = self._publishers.get(topic)
         status = getattr(publisher and publisher.publisher, "matching_status", None)
-        return status is None or bool(status.matching)
+        if status is not None:
+            return bool(status.matching)
+        return bool(self._session.info.routers_zid() or self._session.info.peers_zid())
 
     def send(self, message: Outgoing) -> None:
         """Sends the message with its attachment; waits a second at most for a listener that takes nothing."""

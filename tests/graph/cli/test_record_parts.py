@@ -95,7 +95,11 @@ def test_recover_removes_a_last_part_that_was_killed_before_its_first_byte(graph
         ("split_size: 10", "g.yaml:3:22: record.split_size: 10 bytes; give 10,000 or more"),
         ("split_size: 1.5", "g.yaml:3:22: record.split_size must be a whole number"),
         ("split_seconds: 0", "g.yaml:3:25: record.split_seconds must be above 0"),
-        ("split_seconds: 1/2", "g.yaml:3:25: record.split_seconds: 1/2 s; give 1 or more"),
+        (
+            "split_seconds: 1/2",
+            "g.yaml:3:25: record.split_seconds must be a time in seconds such as 60, 1 or more, found",
+        ),
+        ("topics: []", "g.yaml:3:18: record.topics: the list is empty; leave it out for all"),
         ("split_seconds: soon", "g.yaml:3:25: record.split_seconds"),
         ("topics: /a", "g.yaml:3:18: record.topics must be a list"),
         ("exclude: ['']", "g.yaml:3:19: record.exclude: a topic is empty"),

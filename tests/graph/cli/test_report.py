@@ -25,6 +25,7 @@ REPORT = {
     "timing_s": {},
     "wall_time_s": 1.0,
     "real_time_factor": 5.0,
+    "loop_hz": "60",
     "wall_clock": {"kind": "virtual", "sim_per_wall": 1},
 }
 

@@ -83,3 +83,11 @@ def test_a_misspelt_difference_is_reported(folder, graph):
     (folder / "a.yaml").write_text(FILE.format(clock="parity: isaacsim-6.0.1"))
     result = graph("run", "a.yaml", "--updates", "1", "--/tickgraph/warmUpStep=5")
     assert 'did you mean "/tickgraph/warmUpSteps"?' in result.err
+
+
+def test_a_setting_of_the_command_line_that_nothing_reads_is_a_warning(graph, folder):
+    (folder / "g.yaml").write_text("tickgraph: 1\n")
+    done = graph("run", "g.yaml", "--updates", "1", "--/app/nope=3", "--/app/player/useFastMode=false")
+    assert [line for line in done.err.splitlines() if "setting-" in line] == [
+        "warning setting-unread: /app/nope: nothing in this run read it; correct it, or leave it out"
+    ]

@@ -11,6 +11,7 @@ from PIL import Image
 from graph.base.errors import UserError
 from graph.cli.main import main
 from graph.export.exporting import export
+from graph.export.file_names import file_names
 from graph.export.poses import TransformLog
 from graph.sim.libraries import import_open3d
 from graph.sim.messages.bus import MessageBus
@@ -332,3 +333,12 @@ def test_an_image_without_pixels_and_a_step_beyond_memory_are_one_line(tmp_path,
         error = capsys.readouterr().err
         assert said in error
         assert len(error.splitlines()) == 1
+
+
+def test_topics_that_would_share_a_file_get_names_of_their_own():
+    assert file_names(["/a/b", "/a_b", "/A_b", "/front/points", "/a/b"]) == {
+        "/a/b": "a_b",
+        "/a_b": "a_b_2",
+        "/A_b": "A_b_3",
+        "/front/points": "front_points",
+    }

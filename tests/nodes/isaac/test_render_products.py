@@ -1,6 +1,8 @@
 import pytest
 
 from graph import ComputeError
+from graph.base.errors import UserError
+from graph.session.open import open_session
 from graph.testing import run_node
 
 CREATE = "IsaacCreateRenderProduct"
@@ -65,3 +67,13 @@ def test_what_cannot_be_rendered_is_reported(lidar, world, inputs, message):
     lidar()
     with pytest.raises(ComputeError, match=message):
         create(world(), **inputs)
+
+
+def test_a_size_that_no_picture_has_is_refused_at_its_place_when_the_file_is_opened(tmp_path):
+    file = tmp_path / "g.yaml"
+    file.write_text(
+        "tickgraph: 1\nscene: {prims: {/C: {type: Camera}}}\ngraphs:\n  /G:\n    nodes:\n"
+        "      p: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /C, width: 0, height: 9}}\n"
+    )
+    with pytest.raises(UserError, match=r"g.yaml:6:\d+: /G/p.inputs:width: /C: an image of 0 x 9 has no pixels"):
+        open_session(file).close()

@@ -82,6 +82,16 @@ def test_what_does_not_fit_into_the_queue_is_dropped_oldest_first_and_counted(bu
     assert message.startswith("dropped 7 of 13 messages, ")
 
 
+def test_messages_that_nobody_took_are_a_warning(bus):
+    gate = Gate()
+    gate.matched = lambda topic: False
+    gate.open.set()
+    sink = sink_of(bus, gate)
+    bus.publish("/a", STRING, TEXT("x"), 0)
+    sink.close()
+    assert [(code, where) for code, where, _ in sink.warnings()] == [("live-no-listener", "gate")]
+
+
 def test_what_late_subscribers_are_to_get_is_not_dropped(bus):
     gate = Gate()
     sink = sink_of(bus, gate, most_bytes=2000)
