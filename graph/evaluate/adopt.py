@@ -88,7 +88,8 @@ def _take(node: Node, fresh: Node) -> bool:
                 continue
             if same_types or node.types[full] is fresh.types[full]:
                 setattr(target, python_name(name), getattr(source, python_name(name)))
-    new.memory, new.asleep, new._blocked = old.memory, old.asleep, old._blocked
+    new.memory, new.asleep = old.memory, old.asleep
+    new._set_blocked(old._blocked)
     new.computes, new._deaf = old.computes, old._deaf
     for name, wire in new._wires.items():
         if name in old._wires:

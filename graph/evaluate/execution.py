@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import repeat
+from operator import length_hint
 from typing import TYPE_CHECKING, Any
 
 from graph.base import limits
@@ -14,6 +16,9 @@ from .wire import Step, Wire, step_to
 
 if TYPE_CHECKING:
     from .graph import Activation, Graph
+
+Budget = Iterator[None]
+"""Counts the computes that a walk may still make. It is a `repeat`, which makes no number for each of them."""
 
 
 class ExecutionEvaluator:
@@ -56,17 +61,8 @@ class ExecutionEvaluator:
                 self._walk(node.db, name)
         finally:
             for db in self._woken:
-                db._blocked = db.asleep
+                db._set_blocked(db.asleep)
             self._woken.clear()
-
-    def _spend(self, steps: int) -> None:
-        """Counts the computes of a finished pass or walk: loops within loops multiply."""
-        self._spent += steps
-        if self._spent > limits.most("graph.steps"):
-            raise RunawayError(
-                f"graph {self._graph.path}: its loops make more than {limits.most('graph.steps'):,} computes in update "
-                f"{self._graph.context.update}; {limits.allowed('graph.steps')}"
-            )
 
     def _share_context(self) -> None:
         """Gives data nodes of other graphs the time of the evaluation that pulls them."""
@@ -80,7 +76,7 @@ class ExecutionEvaluator:
 
     def sleeps(self, db: Database) -> None:
         """Computes the node in every later evaluation, until it wakes."""
-        db._blocked = not self._graph.interrupts
+        db._set_blocked(not self._graph.interrupts)
         if db not in self._sleepers:
             self._sleepers.append(db)
 
@@ -99,27 +95,23 @@ class ExecutionEvaluator:
         """
         # A wait has ended: what starts from it may lead back to the node.
         origin = db if cause is STARTED else None
-        limit = self._graph.step_limit
-        steps = 0
+        budget = self._budget()
         stack = [step_to(db, cause)]
         while True:
             try:
                 while stack:
-                    db, active, compute, push, enabled = stack.pop()
-                    while True:
-                        if active:
-                            if db._blocked:
+                    step = stack.pop()
+                    if step[1] is RETURNED:
+                        self._spend(budget)
+                        budget = step[0]._frames.pop()
+                    for _ in budget:
+                        db, active, compute, push, enabled = step
+                        if db._held:
+                            if active and db._blocked:
                                 db._deaf += 1
                                 if db is origin and not db.asleep:
                                     self._came_back(db)
                                 break
-                        elif active is RETURNED:
-                            self._spend(steps)
-                            steps = db._frames.pop()
-                        steps += 1
-                        if steps > limit:
-                            raise self._endless(db) if active is RETURNED and not _leads_back(db) else self._runaway(db)
-                        if db._pulls:
                             self._pull(db)
                         db._active = active
                         db.computes += 1
@@ -128,53 +120,73 @@ class ExecutionEvaluator:
                             break
                         if push is not None:
                             push()
-                        if len(enabled) != 1:
-                            if enabled:
-                                steps = self._branch(db, stack, steps)
+                        if not enabled:
+                            break
+                        name = enabled.pop()
+                        if enabled:
+                            enabled.append(name)
+                            budget = self._branch(db, stack, budget)
                             break
                         try:
-                            wire = db._wires[enabled.pop()]
-                        except KeyError as error:
-                            db._no_wire(error.args[0])
+                            wire = db._wires[name]
+                        except KeyError:
+                            db._no_wire(name)
                         wire.count += 1
-                        if wire.only is None:
+                        step = wire.only
+                        if step is None:
                             stack += wire.targets
                             break
-                        db, active, compute, push, enabled = wire.only
-                self._spend(steps)
+                    else:
+                        raise self._overrun(step)
+                self._spend(budget)
                 return
             except RunawayError:
                 raise
             except Exception as error:
                 self._graph.failed(db, error)
 
-    def _branch(self, db: Database, stack: list[Step], steps: int) -> int:
-        """Puts several fired outputs, or one to return from, on the stack; returns the step count to go on with.
+    def _budget(self) -> Budget:
+        """The computes that a walk, or a pass of a loop, may make."""
+        return repeat(None, self._graph.step_limit)
 
-        Each pass of a loop counts its own steps; the count so far waits until the walk returns to the node.
+    def _spend(self, budget: Budget) -> None:
+        """Counts the computes of a finished pass or walk: loops within loops multiply."""
+        self._spent += self._graph.step_limit - length_hint(budget)
+        if self._spent > limits.most("graph.steps"):
+            raise RunawayError(
+                f"graph {self._graph.path}: its loops make more than {limits.most('graph.steps'):,} computes in update "
+                f"{self._graph.context.update}; {limits.allowed('graph.steps')}"
+            )
+
+    def _branch(self, db: Database, stack: list[Step], budget: Budget) -> Budget:
+        """Puts several fired outputs, or one to return from, on the stack; returns the budget to go on with.
+
+        Each pass of a loop has a budget of its own; the present one waits until the walk returns to the node.
         """
         for name in reversed(db._enabled):
             if name is RETURN:
                 if len(stack) > self._graph.step_limit:
                     raise self._runaway(db)
-                db._frames.append(steps)
+                db._frames.append(budget)
                 stack.append(step_to(db, RETURNED))
-                steps = 0
+                budget = self._budget()
                 continue
             wire = db._wires.get(name) or db._no_wire(name)
             wire.count += 1
             stack += wire.targets
         db._enabled.clear()
-        return steps
+        return budget
 
     def _pull(self, db: Database) -> None:
         """Computes the data nodes upstream of a node, sources first."""
-        if db._pulls is True:
-            db._pulls = upstream_data(db._node)
-            self._foreign.update(data._node.graph for data in db._pulls)
+        pulls = db._pulls
+        if pulls is True:
+            pulls = upstream_data(db._node)
+            db._set_pulls(pulls)
+            self._foreign.update(data._node.graph for data in pulls)
             self._foreign.discard(self._graph)
             self._share_context()
-        for data in db._pulls:
+        for data in pulls:
             data.computes += 1
             try:
                 if data._compute(data) is not False and data._push is not None:
@@ -190,6 +202,11 @@ class ExecutionEvaluator:
             "what follows the end of its wait leads back to it in the same update, where triggers are ignored, so the "
             "loop ends; lead it through SendCustomEvent and OnCustomEvent, which go on in the next update",
         )
+
+    def _overrun(self, step: Step) -> RunawayError:
+        """The error of a walk or pass that has used up its budget before this step."""
+        db, cause, *_ = step
+        return self._endless(db) if cause is RETURNED and not _leads_back(db) else self._runaway(db)
 
     def _endless(self, db: Database) -> RunawayError:
         """The error of a loop node that is returned to too often."""

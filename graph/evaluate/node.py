@@ -272,7 +272,7 @@ class Node(FamiliarNode):
         self.pushes = pushes
         self.db._push = all_of(pushes)
         # Found at the first compute: most nodes of a large graph may never need it.
-        self.db._pulls = True if sources else ()
+        self.db._set_pulls(True if sources else ())
         # Before any wire stores the compute function.
         if unset:
             self.db._compute = refusing(unset)
@@ -317,7 +317,8 @@ class Node(FamiliarNode):
             setattr(parts[prefix], name, value)
         db._enabled.clear()
         db._frames.clear()
-        db._blocked = db.asleep = False
+        db.asleep = False
+        db._set_blocked(False)
         db.memory = None if self.type.memory is None else self.type.memory()
 
 

@@ -121,11 +121,11 @@ def _renew_wires(node: Node) -> None:
 
 def _pull_anew(changed: Node) -> None:
     """Makes the readers that compute a node on demand search for its sources again."""
-    changed.db._pulls = True if changed.sources else ()
+    changed.db._set_pulls(True if changed.sources else ())
     seen, pending = {changed}, [changed] if changed.graph.evaluator == "execution" else []
     while pending:
         node = pending.pop()
-        node.db._pulls = True if node.sources else ()
+        node.db._set_pulls(True if node.sources else ())
         if not node.type.has_execution:
             fresh = [reader for reader in node.readers if reader not in seen]
             seen.update(fresh)

@@ -141,7 +141,8 @@ class Database:
         "_compute": "the type's compute",
         "_deaf": "how often a trigger was ignored",
         "_enabled": "names of the outputs fired in this compute; RETURN after one to come back from",
-        "_frames": "step counts of the walks that wait for this node's return",
+        "_frames": "budgets of the walks that wait for this node's return",
+        "_held": "whether a walk must look closer first: it is blocked, or data nodes compute before it",
         "_node": "the node",
         "_pulls": "data nodes to compute first: a tuple, True while not known yet, () for none",
         "_push": "copies the outputs to their readers",
@@ -165,7 +166,8 @@ class Database:
         self._compute: Any = node.type.compute
         self._enabled: list[Any] = []
         self._deaf = 0
-        self._frames: list[int] = []
+        self._frames: list[Any] = []
+        self._held = False
         self._pulls: Any = ()
         self._push: Any = None
         self._wires: dict[str, Any] = {}
@@ -214,6 +216,14 @@ class Database:
         if self.asleep:
             self.asleep = False
             self._node.graph.wakes(self)
+
+    def _set_blocked(self, blocked: bool) -> None:
+        self._blocked = blocked
+        self._held = blocked or bool(self._pulls)
+
+    def _set_pulls(self, pulls: Any) -> None:
+        self._pulls = pulls
+        self._held = self._blocked or bool(pulls)
 
     # -- attributes --------------------------------------------------------------------------------------------------
 
