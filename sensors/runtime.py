@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import weakref
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
@@ -66,6 +67,8 @@ class SensorRuntime(ABC, Generic[Config]):
     direction.
     """
     latency = Fraction(0)
+    reach = math.inf
+    """Beyond this distance from it [m] nothing counts."""
     wants_updates = False
     coords = "NOT_APPLICABLE"
 

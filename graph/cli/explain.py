@@ -9,12 +9,15 @@ from pathlib import Path
 from typing import Any
 
 from graph.base.exact import shortest
+from graph.base.shorten import listed
 
 from .arguments import add_allow, add_nodes, add_overrides, add_skip_outside, fidelity_of, overrides_of
 from .printing import counted, say, say_json
 
 MOST_CYCLES = 5
 """Most cycles of one graph that are shown."""
+MOST_LEFT_OUT = 3
+"""Most names that are shown of what is left out for one reason."""
 MOST_NAMES = 12
 """Most nodes of one chain that are shown."""
 
@@ -82,6 +85,9 @@ def as_text(told: Mapping[str, Any]) -> Iterator[str]:
     if told["topics"]:
         yield ""
         yield from _topics(told["topics"])
+    if told["left_out"]:
+        yield ""
+        yield from _left_out(told["left_out"])
     yield ""
     yield "traps" if told["traps"] else "traps: none seen"
     for trap in told["traps"]:
@@ -185,6 +191,16 @@ def _topics(topics: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         if heard:
             row.append("heard in the file" if topic["heard_in_file"] else "no subscriber in the file")
         rows.append(row)
+    yield from _aligned(rows)
+
+
+def _left_out(parts: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    yield "left out"
+    rows = []
+    for part in parts:
+        names = [listed(part["names"], MOST_LEFT_OUT)] if part["names"] else []
+        where = [] if part["where"] == "/" else [part["where"]]
+        rows.append((part["part"], ": ".join([*where, *names, part["why"]])))
     yield from _aligned(rows)
 
 

@@ -14,6 +14,7 @@ from .explain_run import observe
 from .explain_sensors import sensors_of
 from .explain_topics import topic_facts
 from .explain_traps import find_traps
+from .left_out import left_out
 
 if TYPE_CHECKING:
     from graph.session.open import Session
@@ -30,6 +31,7 @@ def explain(session: Session, file: str | Path) -> dict[str, Any]:
     planned = max(min(updates, MOST_PLANNED_UPDATES), len(seen.substeps))
     steps = list(islice(plan_updates(app), planned))
     sensors = sensors_of(app, seen, steps[: min(updates, planned)])
+    topics = topic_facts(session)
     return {
         "file": str(file),
         "duration_s": duration_of(session),
@@ -39,7 +41,8 @@ def explain(session: Session, file: str | Path) -> dict[str, Any]:
         "physics": None if app.physics is None else app.physics.facts(),
         "graphs": graph_facts(session.runner.graphs.values()),
         "sensors": sensors,
-        "topics": topic_facts(session),
+        "topics": topics,
+        "left_out": left_out(session, seen, sensors, topics),
         "traps": [
             {"code": code, "where": where, "message": message}
             for code, where, message in find_traps(session, links, seen, sensors, steps)

@@ -49,6 +49,7 @@ class AcousticRuntime(SensorRuntime[AcousticConfig]):
         """Prepares the fan, the wave and the arrays that are the same in every frame."""
         config = self.config
         self._air = Air(config.center_frequency)
+        self.reach = SPEED_OF_SOUND * config.samples * config.sample_duration
         self._membrane = Membrane(config.membrane_diameter, self._air.wave_number)
         rays = fan(config.spans, config.counts)
         self._beams = {way.sender: Beam(rays, self._membrane) for way in config.ways}
@@ -82,13 +83,12 @@ class AcousticRuntime(SensorRuntime[AcousticConfig]):
         config, pose = self.config, self.pose(tick.poses)
         scene = Scene(cast_world(self._app), tick.poses, self.exclude)
         mounts = [pose @ mount for mount in self._mounts]
-        reach = SPEED_OF_SOUND * config.samples * config.sample_duration
         lit: dict[int, Lit] = {}
         heard: dict[tuple[int, int], np.ndarray] = {}
         for way in config.ways:
             pair = way.sender, way.receiver
             if way.sender not in lit:
-                lit[way.sender] = self._beams[way.sender].lit(scene, mounts[way.sender], reach)
+                lit[way.sender] = self._beams[way.sender].lit(scene, mounts[way.sender], self.reach)
             if pair not in heard:
                 heard[pair] = self._heard(scene, lit[way.sender], mounts, way)
         amplitudes = np.concatenate([heard[way.sender, way.receiver] for way in config.ways])

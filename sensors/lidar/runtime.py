@@ -86,6 +86,7 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
         self.turns = Turns(config)
         if not len(self.turns.pattern(0)):
             raise UserError(f"{self.path}: no firing lies in its valid azimuth window; widen validStart/EndAzimuthDeg")
+        self.reach = float(self.turns.pattern(0).far_m.max())
         self._whole = self.rate == config.scan_rate_base_hz and config.accumulate_outputs
         if not self._whole:
             self._warn_partial()

@@ -106,6 +106,7 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
         self.coords = config.elements_coords_type
         self.frame_facts = {"frame_of_reference": config.output_frame_of_reference}
         self._bounces = min(self._app.fidelity.radar_bounces or max(1, config.trace_tree_depth), MOST_BOUNCES)
+        self.reach = max(scan.max_range_m for scan in config.scans)
         for scan in config.scans:
             across, up = scan.grid(rays)
             check("radar.rays", across * up, f"{self.path}: scan {scan.name} casts {across * up:,} rays")

@@ -68,6 +68,13 @@ class Standing:
         beyond = np.logical_not(np.frombuffer(within, bool)).tobytes()
         return near, self._scene(anchor, exclude, beyond)
 
+    def beyond(self, origin: np.ndarray, reach: float) -> list[int]:
+        """The surfaces that are in no scene of rays about `origin` (3,) with this reach, both [m]."""
+        within = self._regions.within(origin, reach)
+        if within is None:
+            return []
+        return [number for number, near in zip(self.numbers, np.frombuffer(within, bool), strict=True) if not near]
+
     def mesh(self, number: int) -> Mesh:
         """A standing surface."""
         found = self.surfaces[number]

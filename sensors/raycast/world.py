@@ -87,7 +87,8 @@ class CastWorld:
             isinstance(one, Mesh) and one.body is None and index not in deforms
             for index, one in enumerate(self.surfaces)
         ]
-        self._standing = Standing(self.surfaces, stands, formulas=formulas, prune=prune)
+        self.standing = Standing(self.surfaces, stands, formulas=formulas, prune=prune)
+        """The surfaces that neither move nor deform."""
         self._soft = SoftMeshes(deforming, points) if deforming and points else None
         self._moving = MovingSurfaces(moving, solids) if moving or solids else None
         self.moving_surfaces = np.array([index for index, one, _ in rigid if isinstance(one, Mesh)], np.int32)
@@ -111,13 +112,13 @@ class CastWorld:
             self.surfaces, self._poses, self._threads, self.soft, *moved, formulas=False, prune=self._prune
         )
         if all(solid.body is not None for solid in solids):
-            world._standing = self._standing
+            world.standing = self.standing
         return world
 
     def cast(self, rays: RayBundle, poses: Any = None, *, normals: bool = False, spots: bool = False) -> Hits:
         """Nearest hits; see `RayCaster`. Normals follow the winding, in world axes."""
         anchor = anchor_of(rays.origin)
-        scenes, *beyond = self._standing.scenes(anchor, rays.exclude, rays.origin, rays.reach)
+        scenes, *beyond = self.standing.scenes(anchor, rays.exclude, rays.origin, rays.reach)
         threads = self.threads
         numbers = scenes.surface_of, scenes.starts, scenes.triangles
         nearest = Nearest(len(rays.table), *numbers, normals=normals, spots=spots)
@@ -146,7 +147,7 @@ class CastWorld:
         The scene is None without static geometry.
         """
         anchor = anchor_of(origin)
-        return anchor, self._standing.scenes(anchor, exclude, origin, math.inf)[0].static
+        return anchor, self.standing.scenes(anchor, exclude, origin, math.inf)[0].static
 
     @property
     def rays_go_everywhere(self) -> bool:

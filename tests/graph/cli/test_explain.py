@@ -69,6 +69,11 @@ graphs
 topics (none has a subscriber in the file: recordings and live transports hear them)
   /points  PointCloud2  /World/G/cloud
 
+left out
+  channels  /World/Lidar: azimuth, elevation, distance and 13 more: nothing reads them
+  poses     copied only for a sensor that is due: nothing reads them after every physics step
+  messages  /points: made only for a recording or a live transport: nothing in the file subscribes
+
 traps: none seen
 """
     )
