@@ -64,19 +64,23 @@ class Bins:
         first, last = self._history.ends(self._path, start, end)
         if not pieces:
             return [], first, last
-        moves = {turn: self._moves(start, end, turn, rows) for turn, rows in slices}
-        begin = {turn: rows.start for turn, rows in slices}
-        shots = []
         middles = [(low + high) / 2 for _, low, high, _ in pieces]
-        for (turn, _, _, rows), middle, state in zip(pieces, middles, self._history.at(middles), strict=True):
-            ahead, base_ns = moves[turn], nanoseconds(turn * self._turns.period) - nanoseconds(start)
-            if isinstance(ahead, _Moves):
-                pose = ahead.track.poses(np.array([float(middle - turn * self._turns.period)]))[0]
-                pose[:3, 3] = ahead.place
-                part = ahead.rays.part(slice(rows.start - begin[turn], rows.stop - begin[turn]))
-                shots.append(Shot(rows, pose, state, base_ns, part, turn))
-            else:
-                shots.append(Shot(rows, ahead, state, base_ns, None, turn))
+        states = self._history.at(middles)
+        shots: list[Shot] = []
+        for turn, rows in slices:
+            begin = turn * self._turns.period
+            base_ns = nanoseconds(begin) - nanoseconds(start)
+            own = [number for number, piece in enumerate(pieces) if piece[0] == turn]
+            ahead = self._moves(start, end, turn, rows)
+            if not isinstance(ahead, _Moves):
+                shots += [Shot(pieces[number][3], ahead, states[number], base_ns, None, turn) for number in own]
+                continue
+            poses = ahead.track.poses(np.array([float(middles[number] - begin) for number in own]))
+            poses[:, :3, 3] = ahead.place
+            for number, pose in zip(own, poses, strict=True):
+                piece = pieces[number][3]
+                part = ahead.rays.part(slice(piece.start - rows.start, piece.stop - rows.start))
+                shots.append(Shot(piece, pose, states[number], base_ns, part, turn))
         return shots, first, last
 
     def _moves(self, start: Fraction, end: Fraction, turn: int, rows: slice) -> _Moves | np.ndarray:
@@ -99,7 +103,9 @@ class Bins:
             track.turns,
             cache(lambda: track.velocities(times)),
         )
-        return _Moves(track, rays, self._history.ends(self._path, begin, begin)[0][:3, 3])
+        if start > begin:
+            return _Moves(track, rays, self._history.ends(self._path, begin, begin)[0][:3, 3])
+        return _Moves(track, rays, track.positions(np.zeros(1))[0])
 
     def _pieces(
         self, start: Fraction, end: Fraction, turn: int, rows: slice, count: int

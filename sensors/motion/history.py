@@ -95,6 +95,8 @@ class History:
         self._times: deque[Fraction] = deque()
         self._states: deque[Any] = deque()
         self._span = Fraction(0)
+        self._asked: tuple[tuple[Any, ...], Trajectory] | None = None
+        """The latest trajectory, and what was asked for: a scan asks more than once."""
         for event, handler, order in (
             ("physics_pre_step", History._begin, -LAST),
             ("physics_post_step", History._record, LAST),
@@ -136,6 +138,14 @@ class History:
 
     def trajectory(self, path: str, start: Fraction, end: Fraction, origin: Fraction | None = None) -> Trajectory:
         """The motion of a prim from `start` to `end` [s]; its times are seconds after `origin` (default: `start`)."""
+        self._begin()
+        zero = start if origin is None else origin
+        asked = path, start, end, zero, self._states[0], self._states[-1]
+        if self._asked is None or self._asked[0] != asked:
+            self._asked = asked, self._trajectory(path, start, end, zero)
+        return self._asked[1]
+
+    def _trajectory(self, path: str, start: Fraction, end: Fraction, zero: Fraction) -> Trajectory:
         app = self._app()
         assert app is not None
         times, states = self._around(start, end)
@@ -143,10 +153,11 @@ class History:
             times, states = times[:1], states[:1]  # it did not move
         poses = np.stack([rigid_part(app.fabric.world_matrix(path, state)) for state in states])
         poses[:, :3, 3] *= app.meters_per_unit
-        zero = start if origin is None else origin
 
         def twists() -> np.ndarray:
-            return _twists(app, path, states, poses[:, :3, 3])
+            present = self._app()  # a trajectory is kept, so it must not keep its App alive
+            assert present is not None
+            return _twists(present, path, states, poses[:, :3, 3])
 
         return Trajectory(np.array([float(time - zero) for time in times]), poses, twists)
 
@@ -186,6 +197,7 @@ class History:
     def _forget(self) -> None:
         self._times.clear()
         self._states.clear()
+        self._asked = None
 
 
 def _twists(app: App, path: str, states: Sequence[Any], places: np.ndarray) -> np.ndarray:

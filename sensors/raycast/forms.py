@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -38,7 +39,7 @@ class Forms:
         frames = np.array([forms[at].frame for at in self.order])
         self._inverse = np.linalg.inv(frames[:, :3, :3])
         self._centre = frames[:, :3, 3]
-        self._low, self._high = np.array([(forms[at].low, forms[at].high) for at in self.order]).T
+        self._sizes = np.array([(forms[at].low, forms[at].high) for at in self.order]).T
         boxes = np.array([forms[at].bounds() for at in self.order])
         self.boxes = boxes
         """(m, 2, 3) [m], the least and the greatest coordinates, in the frames of the surfaces."""
@@ -51,16 +52,14 @@ class Forms:
         if poses is not None:
             inverse = inverse @ np.swapaxes(poses[:, :3, :3], 1, 2)
             centre = (poses[:, :3, :3] @ centre[:, :, None])[:, :, 0] + poses[:, :3, 3]
-        return PlacedForms(inverse, centre - origin, self._low, self._high, self._ends)
+        return PlacedForms(inverse, centre - origin, self._sizes, self._ends)
 
 
 class PlacedForms:
     """The solids of a `Forms` as seen from one origin."""
 
-    def __init__(
-        self, inverse: np.ndarray, centre: np.ndarray, low: np.ndarray, high: np.ndarray, ends: np.ndarray
-    ) -> None:
-        self._ends, self._sizes = ends, np.stack([low, high])
+    def __init__(self, inverse: np.ndarray, centre: np.ndarray, sizes: np.ndarray, ends: np.ndarray) -> None:
+        self._sizes, self._ends = sizes, ends
         # By columns: the origin in the solid's frame (0 to 2), and the inverse (3 to 11).
         start = -(inverse @ centre[:, :, None])[:, :, 0]
         self._table = np.concatenate([start.T, inverse.reshape(-1, 9).T])
@@ -72,7 +71,7 @@ class PlacedForms:
         offsets: (n, 3) float32 [m] of their origins from the solids' one. A ray that leaves a solid within `SKIN` of
         its origin started on its surface, and does not meet it there.
         """
-        found = [(np.zeros(0, np.intp), np.zeros(0), np.zeros((3, 0)))]
+        found: list[tuple[np.ndarray, ...]] = []
         for low, high, pairs, counts in self._blocks(owner):
             table = np.repeat(self._table[:, low:high], counts, axis=1)
             turn, start = table[3:].reshape(3, 3, -1), table[:3]
@@ -88,7 +87,10 @@ class PlacedForms:
             point = ahead.take(rows, axis=1) * length
             point += start.take(rows, axis=1)
             found.append((rows + pairs.start, length, point))
-        rows, length, point = (np.concatenate(each, axis=-1) for each in zip(*found, strict=True))
+        if len(found) != 1:
+            found.append((np.zeros(0, np.intp), np.zeros(0), np.zeros((3, 0))))
+            found = [tuple(np.concatenate(each, axis=-1) for each in zip(*found, strict=True))]
+        rows, length, point = found[0]
         return Met(self, rows, length, owner.take(rows), point)
 
     def normals(self, owner: np.ndarray, point: np.ndarray) -> np.ndarray:
@@ -105,6 +107,9 @@ class PlacedForms:
     def _blocks(self, owner: np.ndarray) -> Iterator[tuple[int, int, slice, np.ndarray]]:
         """Runs of solids with about `BLOCK` pairs: from, to, the pairs, and how many each solid has."""
         counts = np.bincount(owner, minlength=self._table.shape[1])
+        if 0 < len(owner) <= BLOCK:
+            yield 0, len(counts), slice(0, len(owner)), counts
+            return
         before = np.concatenate([[0], np.cumsum(counts)])
         low = 0
         while before[low] < len(owner):
@@ -115,9 +120,9 @@ class PlacedForms:
 
     def _by_kind(self, owner: np.ndarray) -> Iterator[tuple[int, slice]]:
         """Runs of pairs, sorted by solid, whose solids are of one kind: its number, and the pairs."""
-        ends = np.searchsorted(owner, self._ends)
-        for number in np.flatnonzero(np.diff(ends)).tolist():
-            yield number, slice(int(ends[number]), int(ends[number + 1]))
+        for number, (low, high) in enumerate(pairwise(owner.searchsorted(self._ends).tolist())):
+            if high > low:
+                yield number, slice(low, high)
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,7 +189,7 @@ def _within(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, np
 
 def _box(start: np.ndarray, ahead: np.ndarray, sizes: np.ndarray | None) -> Span:
     enter, leave = _slab(start, ahead)
-    return enter.max(axis=0), leave.min(axis=0)
+    return np.asarray(enter.max(axis=0)), np.asarray(leave.min(axis=0))
 
 
 def _slab(start: np.ndarray, ahead: np.ndarray, half: np.ndarray | float = 1.0) -> tuple[np.ndarray, np.ndarray]:

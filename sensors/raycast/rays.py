@@ -97,11 +97,10 @@ class RayBundle:
         return np.asarray(between <= half + (angle + MARGIN_RAD))
 
     def spread(self) -> float:
-        """Distance [m] of the farthest ray origin from the bundle's origin."""
+        """Distance [m] from the bundle's origin within which all rays begin."""
         if self._spread is None:
-            self._spread = (
-                0.0 if self.offsets is None else float(np.sqrt((self.offsets**2).sum(axis=1).max(initial=0.0)))
-            )
+            far = 0.0 if self.offsets is None else float(np.abs(self.offsets).max(initial=0.0))
+            self._spread = math.sqrt(3) * far
         return self._spread
 
     def start_at(self, start: np.ndarray) -> None:

@@ -92,7 +92,7 @@ def _bands(elevation: np.ndarray) -> np.ndarray:
 
 
 def _cell(azimuth: np.ndarray) -> np.ndarray:
-    return np.floor(azimuth).astype(np.int64)
+    return np.asarray(np.floor(azimuth), np.int64)
 
 
 def _runs(start: np.ndarray, count: np.ndarray) -> np.ndarray:
