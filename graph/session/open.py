@@ -126,12 +126,13 @@ def build_parts(
             problems += () if flaws else stage_problems(stage, spec)
             scene_lost = any(one.message.startswith(("scene.usd:", "scene.mjcf:")) for one in problems)
             missing = [] if scene_lost else missing_targets(stage, spec, graphs, flawed=bool(flaws))
+            refused = [*unrenderable_cameras(stage, spec, graphs), *prims_for_products(stage, spec, graphs)]
+            refused += () if flaws else type_problems(stage, spec, graphs)
             if spec.lenient:
                 warnings += [("prim-missing", str(one.mark), one.message) for one in missing]
+                warnings += [("node-cannot-work", str(one.mark), one.message) for one in refused]
             else:
-                problems += [*missing, *unrenderable_cameras(stage, spec, graphs)]
-                problems += prims_for_products(stage, spec, graphs)
-                problems += () if flaws else type_problems(stage, spec, graphs)
+                problems += [*missing, *refused]
     warnings[:0] = spec.notes if spec else ()
     if not problems and spec is not None and stage is not None:
         warnings += [*_clock_notes(spec), *graph_notes(graphs), *sensors_in_solids(stage, graphs)]

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
 from dataclasses import replace
 
 from graph.base.errors import Problem, UserError
 from graph.evaluate import Graph
+from graph.node.declaration import UNSET
 from graph.node.registry import DEFAULT, Registry
 from graph.plan import SKIP_ADVICE, compile_graphs
 from graph.spec.file_spec import ConnectionSpec, FileSpec, GraphSpec, NodeSpec, Note
@@ -86,11 +88,12 @@ def _left_out(spec: FileSpec, problems: Iterable[Problem], registry: Registry) -
     nodes: dict[int, str] = {}
     unknown: set[int] = set()
     values: dict[int, tuple[str, str]] = {}
+    types: dict[str, str] = {}
     connections: set[int] = set()
     for graph in spec.graphs:
         for node in graph.nodes:
             path = f"{graph.path}/{node.name}"
-            nodes[id(node.mark)] = path
+            nodes[id(node.mark)], types[path] = path, node.type
             values |= {id(mark): (path, key) for key, mark in node.input_marks.items()}
             if node.type not in registry:
                 unknown.add(id(node.mark))
@@ -110,8 +113,11 @@ def _left_out(spec: FileSpec, problems: Iterable[Problem], registry: Registry) -
             lost_connections.add(mark)
             notes.append(_note("connection-left-out", problem, "the connection is left out"))
         elif mark in values:
-            lost_values.add(values[mark])
-            notes.append(_note("value-left-out", problem, "the value is left out"))
+            path, key = values[mark]
+            lost_values.add((path, key))
+            notes.append(
+                _note("value-left-out", problem, f"the value is left out{_instead(registry, types[path], key)}")
+            )
         elif mark in nodes and nodes[mark] in lost_nodes:
             continue  # one line for each node is enough
         elif mark in nodes:
@@ -131,6 +137,13 @@ def _with_advice(problem: Problem) -> Problem:
     """The problem of an unknown type with the general advice: nobody typed the names of a saved scene."""
     asks = problem.message.endswith("?")
     return replace(problem, message=f"{problem.message} {SKIP_ADVICE}") if asks else problem
+
+
+def _instead(registry: Registry, type_id: str, key: str) -> str:
+    """What a node takes for a value of the file that is left out, if its type has a default other than nothing."""
+    declared = registry.get(type_id).find("inputs", key.removeprefix("inputs:")) if type_id in registry else None
+    default = UNSET if declared is None else declared.default
+    return "" if default is UNSET or default in ("", None) else f", and the default counts: {json.dumps(default)}"
 
 
 def _note(code: str, problem: Problem, what: str) -> Note:

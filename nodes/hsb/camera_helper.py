@@ -10,6 +10,7 @@ from nodes.ros2.camera_helper import (
     HELPER_INPUTS,
     CameraPublisher,
     add_camera_writer,
+    check_camera,
     detach,
     product_of,
     warn_about_settings,
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 @node_type(
     "isaacsim.hsb.nodes.HSBCameraHelper",
     version=1,
+    check=check_camera,
     inputs={
         **receiver_inputs(tokens=True),
         "renderProductPath": Attribute("token", "path of the camera's render product", role="product"),

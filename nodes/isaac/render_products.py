@@ -20,7 +20,7 @@ class _Made:
 def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
     """The size of a camera's pictures, where the file gives all of it."""
     from sensors.camera import names
-    from sensors.camera.runtime import checked_size
+    from sensors.camera.config import checked_size
 
     db = node.db
     if any(db.connected(f"inputs:{name}") for name in ("width", "height", "cameraPrim", "renderProductPrim")):

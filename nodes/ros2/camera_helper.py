@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.node import Attribute, Database, NodeAtLoad, node_type
 from graph.sim import settings as keys
+from nodes.fitting_sensors import check_fit, misfit
 
 from .camera_messages import MESSAGES, Reading, labels_message
 from .lidar_writers import STRING, FrameWriter, add_writer, stamps
@@ -24,20 +25,21 @@ COMPRESSED = "rgb_h264"
 
 @dataclass(slots=True)
 class CameraPublisher:
-    """What a helper keeps between attaching and detaching: the product, the writers, the annotator they read.
+    """What a helper keeps between attaching and detaching: the product, the writers each with the product whose frames
+    it gets, the annotator they read.
 
     The annotator is attached only while a topic has a subscriber, so that nothing is computed without need.
     """
 
     product: RenderProduct | None = None
-    writers: list[FrameWriter] = field(default_factory=list)
+    writers: list[tuple[RenderProduct, FrameWriter]] = field(default_factory=list)
     annotator: Annotator | None = None
 
     def listen(self, bus: Any) -> None:
         """Attaches the annotator while there are subscribers, and only then."""
         if self.annotator is None or self.product is None:
             return
-        wanted = any(bus.has_subscribers(writer.topic) for writer in self.writers)
+        wanted = any(bus.has_subscribers(writer.topic) for _, writer in self.writers)
         if wanted and self.annotator.product is None:
             self.annotator.attach(self.product)
         elif not wanted:
@@ -45,12 +47,12 @@ class CameraPublisher:
 
 
 def detach(db: Database) -> None:
-    """Removes the writers and the request of a helper from its product."""
+    """Removes the writers and the request of a helper from its products."""
     memory = db.memory
     if memory.annotator is not None:
         memory.annotator.detach()
-    if memory.product is not None:
-        memory.product.writers[:] = [one for one in memory.product.writers if one not in memory.writers]
+    for product, writer in memory.writers:
+        product.writers[:] = [one for one in product.writers if one is not writer]
     memory.product, memory.writers, memory.annotator = None, [], None
 
 
@@ -70,8 +72,16 @@ HELPER_INPUTS = {
 }
 
 
-def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
+def check_camera(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
+    """Checks names as for every publisher, and that the product is that of a camera."""
+    from sensors.camera.names import PRIM_TYPE
+
     yield from check_names(node)
+    yield from check_fit(node, PRIM_TYPE)
+
+
+def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
+    yield from check_camera(node)
     if not node.db.connected("inputs:type") and node.db.inputs.type == COMPRESSED and not has_encoder():
         yield "type", NO_ENCODER
 
@@ -118,6 +128,7 @@ def product_of(db: Database, path_input: str = "renderProductPath") -> RenderPro
 
     Fails the node for a path without a product.
     """
+    from graph.sim.scene.prim_paths import prim_at
     from sensors.camera.names import PRIM_TYPE
 
     if not getattr(db.inputs, "enabled", True):
@@ -130,9 +141,8 @@ def product_of(db: Database, path_input: str = "renderProductPath") -> RenderPro
     product: RenderProduct | None = db.app.rendering.products.get(path)
     if product is None:
         db.fail(f"there is no render product {path}; connect {path_input} to one")
-    prim = db.app.stage.GetPrimAtPath(product.camera_path) if product.camera_path else None
-    if not prim or prim.GetTypeName() != PRIM_TYPE:
-        db.warn("not-a-camera", f"{product.camera_path or path} is not a {PRIM_TYPE}; nothing is published")
+    if problem := misfit(prim_at(db.app.stage, product.camera_path), product.camera_path, PRIM_TYPE):
+        db.warn("not-a-camera", f"{problem}; nothing is published")
         return None
     return product
 
@@ -152,7 +162,7 @@ def warn_about_settings(db: Database) -> None:
 def add_camera_writer(db: Database, product: RenderProduct, writer: FrameWriter) -> None:
     """Attaches a writer to the product, and notes it in the node's memory."""
     add_writer(db, product, writer)
-    db.memory.writers.append(writer)
+    db.memory.writers.append((product, writer))
 
 
 def _attach(db: Database, product: RenderProduct) -> None:

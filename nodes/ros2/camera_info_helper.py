@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
@@ -12,6 +13,7 @@ from .camera_helper import (
     HELPER_INPUTS,
     CameraPublisher,
     add_camera_writer,
+    check_camera,
     detach,
     product_of,
     warn_about_settings,
@@ -19,7 +21,7 @@ from .camera_helper import (
 from .camera_messages import distortion_of, matrix_of
 from .image_messages import CAMERA_INFO, camera_info
 from .lidar_writers import FrameWriter, stamps
-from .publishing import check_names, publisher_inputs, topic_name
+from .publishing import publisher_inputs, topic_name
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -34,10 +36,17 @@ if TYPE_CHECKING:
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
 
+@dataclass(slots=True)
+class _PairPublisher(CameraPublisher):
+    """What the node keeps: of a stereo pair also the right camera's product."""
+
+    right: RenderProduct | None = None
+
+
 @node_type(
     "isaacsim.ros2.bridge.ROS2CameraInfoHelper",
     version=1,
-    check=check_names,
+    check=check_camera,
     inputs={
         "execIn": Attribute("execution", "attaches the publisher to the product; later activations find it attached"),
         "enabled": Attribute("bool", "if not, nothing is published and what was attached is taken off", default=True),
@@ -50,29 +59,30 @@ IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
         ),
         **HELPER_INPUTS,
     },
-    memory=CameraPublisher,
+    memory=_PairPublisher,
     release=detach,
 )
 def camera_info_helper(db: Database) -> bool:
     """Publish `sensor_msgs/CameraInfo` with every frame of a camera, or of both cameras of a stereo pair.
 
     K is that of the image: a lens schema scaled to it, else focal length and aperture; the profile isaacsim-6.0.1 makes
-    both of its focal lengths the first. The lens is read when the publisher is attached.
+    both of its focal lengths the first. The lens is read when the publisher is attached; a new product path, of the
+    right camera too, attaches it again.
     """
     product = product_of(db)
     if product is None:
         return False
-    if product is not db.memory.product:
+    right = product_of(db, "renderProductPathRight") if db.inputs.renderProductPathRight else None
+    if db.inputs.renderProductPathRight and right is None:
+        return False
+    if product is not db.memory.product or right is not db.memory.right:
         detach(db)
-        return _attach(db, product)
+        return _attach(db, product, right)
     return True
 
 
-def _attach(db: Database, product: RenderProduct) -> bool:
+def _attach(db: Database, product: RenderProduct, right: RenderProduct | None) -> bool:
     inputs, memory = db.inputs, db.memory
-    right = product_of(db, "renderProductPathRight") if inputs.renderProductPathRight else None
-    if inputs.renderProductPathRight and right is None:
-        return False
     warn_about_settings(db)
     lens = _lens(product)
     rotations: tuple[Sequence[float], Sequence[float]] = IDENTITY, IDENTITY
@@ -84,7 +94,7 @@ def _attach(db: Database, product: RenderProduct) -> bool:
             return False
         rotations, baseline = rectification(_pose(db, product), _pose(db, right))
         shift = -lens.fx * baseline
-    memory.product = product
+    memory.product, memory.right = product, right
     topic = topic_name(db, product.camera_path)
     _add(db, product, topic, inputs.frameId, rotations[0], [*k[:3], 0.0, *k[3:6], 0.0, *k[6:], 0.0])
     if right is not None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.node import Attribute, Database, NodeAtLoad, node_type
 from graph.sim import settings as keys
+from nodes.fitting_sensors import check_fit, misfit
 
 from .debug_view import debug_view
 from .driver_clouds import DRIVER_CLOUDS, METADATA, driver_cloud
@@ -69,8 +70,10 @@ def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
     """Checks names as for every publisher, and reports unknown quantities and laser scans of a tilted lidar."""
     from graph.base.errors import UserError
     from graph.sim.scene.prim_paths import prim_at
+    from sensors.lidar.names import PRIM_TYPE
 
     yield from check_names(node)
+    yield from check_fit(node, PRIM_TYPE)
     if "selectedMetadata" in node.given:
         for problem in _unknown_quantities(node.db.inputs.selectedMetadata):
             yield "selectedMetadata", problem
@@ -166,6 +169,7 @@ def rtx_lidar_helper(db: Database) -> bool:
 
 
 def _attach(db: Database, path: str) -> bool:
+    from graph.sim.scene.prim_paths import prim_at
     from sensors.lidar.names import CORE_API, PRIM_TYPE
     from sensors.lidar.prim import is_lidar
 
@@ -173,8 +177,12 @@ def _attach(db: Database, path: str) -> bool:
     product = app.rendering.products.get(path)
     if product is None:
         db.fail(f"there is no render product {path}; connect renderProductPath to one")
-    if not is_lidar(app.stage.GetPrimAtPath(product.camera_path)):
-        db.warn("not-a-lidar", f"{product.camera_path} is not a {PRIM_TYPE} with {CORE_API}; nothing is published")
+    prim = prim_at(app.stage, product.camera_path)
+    problem = misfit(prim, product.camera_path, PRIM_TYPE)
+    if problem is None and not is_lidar(prim):
+        problem = f"{product.camera_path} has not the schema {CORE_API}"
+    if problem:
+        db.warn("not-a-lidar", f"{problem}; nothing is published")
         return False
     kind = inputs.type
     if kind not in _MESSAGES:

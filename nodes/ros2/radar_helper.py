@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from graph.node import Attribute, Database, node_type
+from graph.node import Attribute, Database, NodeAtLoad, node_type
+from nodes.fitting_sensors import check_fit, misfit
 
 from .debug_view import debug_view
 from .lidar_frames import cloud_channels, frame_cloud
@@ -47,9 +49,16 @@ def _detach(db: Database) -> None:
     memory.product = memory.writer = memory.view = None
 
 
+def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
+    from sensors.radar.names import PRIM_TYPE
+
+    yield from check_names(node)
+    yield from check_fit(node, PRIM_TYPE)
+
+
 @node_type(
     "isaacsim.ros2.bridge.ROS2RtxRadarHelper",
-    check=check_names,
+    check=_check,
     inputs={
         "execIn": Attribute("execution", "attaches the publisher to the product; later activations find it attached"),
         "enabled": Attribute("bool", "if not, nothing is attached; what is attached goes on", default=True),
@@ -98,15 +107,15 @@ def rtx_radar_helper(db: Database) -> bool:
 
 
 def _attach(db: Database, path: str) -> bool:
+    from graph.sim.scene.prim_paths import prim_at
     from sensors.radar.names import PRIM_TYPE
 
     app, inputs, memory = db.app, db.inputs, db.memory
     product = app.rendering.products.get(path)
     if product is None:
         db.fail(f"there is no render product {path}; connect renderProductPath to one")
-    prim = app.stage.GetPrimAtPath(product.camera_path)
-    if not prim or prim.GetTypeName() != PRIM_TYPE:
-        db.warn("not-a-radar", f"{product.camera_path} is not a {PRIM_TYPE}; nothing is published")
+    if problem := misfit(prim_at(app.stage, product.camera_path), product.camera_path, PRIM_TYPE):
+        db.warn("not-a-radar", f"{problem}; nothing is published")
         return False
     if inputs.useSystemTime and inputs.resetSimulationTimeOnStop:
         db.warn(

@@ -10,6 +10,7 @@ from nodes.ros2.camera_helper import (
     HELPER_INPUTS,
     CameraPublisher,
     add_camera_writer,
+    check_camera,
     detach,
     product_of,
     warn_about_settings,
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 @node_type(
     "isaacsim.ucx.nodes.UCXCameraHelper",
     version=1,
+    check=check_camera,
     inputs={
         **endpoint_inputs(13337, 270059627, wide_port=True, timeout=False),
         "renderProductPath": Attribute("token", "path of the camera's render product", role="product"),

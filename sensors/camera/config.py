@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graph.base.errors import UserError
+from graph.base.limits import check
 
 from .lens import Lens, ParallelLens
 from .lens_models import distorting_lens
@@ -54,6 +55,15 @@ class CameraConfig:
     def size(self) -> tuple[int, int]:
         """Width and height of the image [px]."""
         return self.lens.width, self.lens.height
+
+
+def legacy_lens(prim: Usd.Prim) -> list[str]:
+    """The attributes of a prim that described its lens up to Isaac Sim 4, where they say anything but a pinhole."""
+    return [
+        name
+        for name in ("cameraProjectionType", "physicalDistortionModel")
+        if str(prim.GetAttribute(name).Get() or "pinhole") != "pinhole"
+    ]
 
 
 def read_config(prim: Usd.Prim, size: tuple[int, int], meters_per_unit: float) -> CameraConfig:
@@ -160,3 +170,12 @@ class _Attributes:
         value = self.prim.GetAttribute(name).Get()
         first, second = map(float, value) if value is not None else (0.0, 0.0)
         return first, second
+
+
+def checked_size(path: str, size: tuple[int, int]) -> tuple[int, int]:
+    """Width and height of an image. Raises UserError without pixels, OverLimit for too many."""
+    width, height = size
+    if min(size) < 1:
+        raise UserError(f"{path}: an image of {width} x {height} has no pixels; give the render product a size")
+    check("camera.rays", width * height, f"{path}: an image of {width:,} x {height:,} has {width * height:,} pixels")
+    return size

@@ -33,6 +33,8 @@ class CameraRays:
         self.along = None if isinstance(lens, ParallelLens) else optical[2].astype(np.float32)
         unseen = np.flatnonzero(~optical.any(axis=0))
         self.dark = unseen if len(unseen) else None
+        if self.along is not None:
+            self.along[unseen] = 1.0  # such a ray has no direction: its depth is infinite, not 0 x infinity
         self.wide = bool((optical[2] < 0).any())
         self._origins = None
         if isinstance(lens, ParallelLens):

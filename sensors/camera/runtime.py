@@ -15,7 +15,7 @@ from sensors.runtime import Measurement, SensorRuntime
 
 from .boxes import boxes_of
 from .channels import AROUND, BOX, HDR, INSTANCE, LABELLED, LOOSE, RGB, SEMANTIC, TIGHT
-from .config import CameraConfig, read_config
+from .config import CameraConfig, checked_size, legacy_lens, read_config
 from .entities import PixelNumbers, entities_of
 from .line_exposure import LineExposure
 from .motion import Instant, motion_vectors
@@ -61,6 +61,13 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
 
     def read(self, prim: Usd.Prim) -> CameraConfig:
         """The camera that the prim describes, at the product's size."""
+        legacy = legacy_lens(prim)
+        if legacy:
+            self._app.warn(
+                "camera-attribute-ignored",
+                self.path,
+                f"{', '.join(legacy)}: no effect on pictures; describe the lens with a schema OmniLensDistortion...API",
+            )
         return read_config(prim, checked_size(self.path, self.resolution), self._app.meters_per_unit)
 
     def configure(self) -> None:
@@ -176,6 +183,8 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
             return together
         if self._rays is None:
             self._rays = CameraRays(self.config.lens)
+            if self._rays.dark is not None and len(self._rays.dark) == len(self._rays):
+                self._app.warn("lens-without-rays", self.path, "its lens gives no pixel a direction: it sees nothing")
         pose = self.pose(tick.poses)
         seen = world, self._rays, self.config, pose, tick.poses, self.exclude
         return pose, look(*seen, normals=normals, spots=spots, lines=lines)
@@ -221,14 +230,3 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
         if "motion_vectors" in self.requested():
             self._before = now
         return motion_vectors(self.config.lens, view, before, now)
-
-
-def checked_size(path: str, size: tuple[int, int]) -> tuple[int, int]:
-    """Width and height of an image. Raises UserError without pixels, OverLimit for too many."""
-    from graph.base.errors import UserError
-
-    width, height = size
-    if min(size) < 1:
-        raise UserError(f"{path}: an image of {width} x {height} has no pixels; give the render product a size")
-    check("camera.rays", width * height, f"{path}: an image of {width:,} x {height:,} has {width * height:,} pixels")
-    return size

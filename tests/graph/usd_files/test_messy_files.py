@@ -180,9 +180,9 @@ CASES = {
         "the connection is left out",
     ),
     "value that does not fit": (
-        graph_text(a_node("w", "omni.graph.action.Countdown", 'string inputs:duration = "long"')),
+        graph_text(a_node("w", "omni.graph.action.Countdown", 'string inputs:period = "long"')),
         "value-left-out",
-        "the value is left out",
+        "the value is left out, and the default counts: 1",
     ),
     "node without a type": (
         graph_text(a_node("tick", TICK) + 'def OmniGraphNode "bare"\n{\nint inputs:x = 3\n}\n'),

@@ -284,20 +284,43 @@ def test_system_time_is_the_wall_time_of_the_step_that_a_picture_shows(stage, ap
     assert said == ["system-time-never-resets"]
 
 
-def test_a_stereo_pair_has_its_baseline_in_the_right_projection(app):
-    """0.15 m to the right: P[3] = -62.5 x 0.15 = -9.375."""
+def right_product(app):
+    """The path of a second camera's product, 0.15 m to the right of the first."""
     right = UsdGeom.Camera.Define(app.stage, "/World/Right")
     for name in ("focalLength", "horizontalAperture", "clippingRange"):
         right.GetPrim().GetAttribute(name).Set(app.stage.GetPrimAtPath(CAMERA).GetAttribute(name).Get())
     right.AddTranslateOp().Set((0, -0.15, 1))
     right.AddRotateXYZOp().Set((90, 0, -90))
-    path = render_product(app, "/World/Right", SIZE).path
+    return render_product(app, "/World/Right", SIZE).path
+
+
+def test_a_stereo_pair_has_its_baseline_in_the_right_projection(app):
+    """0.15 m to the right: P[3] = -62.5 x 0.15 = -9.375."""
+    path = right_product(app)
     helper(app, node="ROS2CameraInfoHelper", renderProductPathRight=path)
     left, right = messages(app, "/camera_info")[0], messages(app, "/camera_info_right")[0]
     assert left.p.tolist()[3] == 0
     assert right.p.tolist()[3] == pytest.approx(-FX * 0.15, rel=1e-6)
     assert right.header.frame_id == "sim_camera_right"
     assert left.r.tolist() == pytest.approx([1, 0, 0, 0, 1, 0, 0, 0, 1], abs=1e-9)
+
+
+def test_a_right_camera_that_comes_later_makes_a_pair_of_both(app):
+    path = right_product(app)
+    helper(app, node="ROS2CameraInfoHelper", renderProductPathRight=lambda update: path if update else "", updates=4)
+    assert [one.header.stamp.nanosec for one in messages(app, "/camera_info")] == [
+        *(16_666_667, 33_333_333, 50_000_000, 66_666_667)
+    ]
+    right = messages(app, "/camera_info_right")
+    assert [one.header.stamp.nanosec for one in right] == [33_333_333, 50_000_000, 66_666_667]
+    assert right[0].p.tolist()[3] == pytest.approx(-FX * 0.15, rel=1e-6)
+
+
+def test_switching_a_pair_off_silences_both_cameras(app):
+    path = right_product(app)
+    on = {"renderProductPathRight": path, "enabled": lambda update: update < 2}
+    helper(app, node="ROS2CameraInfoHelper", updates=4, **on)
+    assert [len(messages(app, topic)) for topic in ("/camera_info", "/camera_info_right")] == [2, 2]
 
 
 def test_a_pair_of_two_sizes_is_reported_and_publishes_nothing(app):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pxr import Gf
+from pxr import Gf, Sdf
 
 from graph.base.errors import UserError
 from graph.sim import App
@@ -200,3 +200,28 @@ def test_a_lens_that_cannot_be_is_reported_in_a_line(model, attribute, value, me
         prim.GetAttribute(f"omni:lensdistortion:{attribute}").Set(value)
         with pytest.raises(UserError, match=message):
             read_config(prim, (640, 480), 1.0)
+
+
+def test_a_lens_that_folds_everywhere_is_reported():
+    """k1 = -1e6 folds at r = sqrt(1 / 3e6) = 0.6e-3, within the innermost pixel's 0.7 / 500 = 1.4e-3."""
+    with weightless() as app:
+        product = add_camera(app)
+        prim = app.stage.GetPrimAtPath("/World/Camera")
+        prim.AddAppliedSchema("OmniLensDistortionOpenCvPinholeAPI")
+        values = {"imageSize": Gf.Vec2i(640, 480), "cx": 320, "cy": 240, "fx": 500, "fy": 500, "k1": -1e6}
+        for name, value in values.items():
+            prim.GetAttribute(f"omni:lensdistortion:opencvPinhole:{name}").Set(value)
+        assert np.isinf(look(app, product, "distance_to_image_plane")).all()
+        assert [(one.code, one.where) for one in app.warnings] == [("lens-without-rays", "/World/Camera")]
+
+
+def test_a_lens_described_as_up_to_isaac_sim_4_is_reported():
+    with weightless() as app:
+        product = add_camera(app)
+        prim = app.stage.GetPrimAtPath("/World/Camera")
+        for name, value in (("cameraProjectionType", "fisheyePolynomial"), ("physicalDistortionModel", "plumb_bob")):
+            prim.CreateAttribute(name, Sdf.ValueTypeNames.Token).Set(value)
+        look(app, product, "distance_to_image_plane")
+        [warning] = app.warnings
+    assert (warning.code, warning.where) == ("camera-attribute-ignored", "/World/Camera")
+    assert warning.message.startswith("cameraProjectionType, physicalDistortionModel: no effect on pictures")
