@@ -98,7 +98,9 @@ def read_config(prim: Usd.Prim) -> AcousticConfig:
     counts = (max(1, round(spans[0] * density)), max(1, round(spans[1] * density)))
     rays = counts[0] * counts[1]
     check("acoustic.rays", rays, f"{prim.GetPath()}: a mount casts {rays:,} rays")
-    least = _number(prim, "noiseMin", least=0)
+    noise = _number(prim, "noiseMin", least=0), _number(prim, "noiseMax", least=0)
+    if noise[1] < noise[0] and prim.GetAttribute(f"{PREFIX}noiseMax").HasAuthoredValue():
+        _fail(prim, f"{PREFIX}noiseMax", f"give at least noiseMin, {noise[0]:g}")
     return AcousticConfig(
         mounts,
         _ways(prim, len(mounts)),
@@ -109,7 +111,7 @@ def read_config(prim: Usd.Prim) -> AcousticConfig:
         _number(prim, "pulsePower"),
         _number(prim, "sampleDuration"),
         _number(prim, "membraneDiameter", least=0),
-        (least, max(least, _number(prim, "noiseMax", least=0))),
+        (noise[0], max(noise)),
     )
 
 

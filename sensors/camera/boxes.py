@@ -56,7 +56,7 @@ def outlines(app: App, view: View, config: CameraConfig, poses: Any) -> list[Out
             pixels = seen if rays is None else rays[seen]
             rows, columns = np.divmod(pixels, config.lens.width)
             box = int(columns.min()), int(rows.min()), int(columns.max()), int(rows.max())
-            found.append(Outline(prim, box, len(np.unique(pixels))))
+            found.append(Outline(prim, box, len(pixels)))
     return found
 
 

@@ -97,3 +97,11 @@ graphs:
 """
     )
     assert told(text, "run", "--updates", "3") == told(text, "explain") == {}
+
+
+def test_a_sensor_that_nothing_reads_is_not_said_to_have_seen_nothing(folder, graph):
+    (folder / "a.yaml").write_text(FILE.replace("{type: OmniLidar, config: picoScan150}", "{type: OmniRadar}"))
+    report = json.loads(graph("run", "a.yaml", "--updates", "12", "--json").out)
+    assert "nobody-consumes" in {one["code"] for one in report["warnings"]}
+    assert "sensor-saw-nothing" not in {one["code"] for one in report["warnings"]}
+    assert not [line for line in report["silent"] if line.startswith("sensor")]

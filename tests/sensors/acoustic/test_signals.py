@@ -232,6 +232,7 @@ def test_absorption_is_that_of_the_standards_tables(frequency, humidity, decibel
         ({"pulseDuration": 0.0}, "pulseDuration is 0.0; give a number above 0"),
         ({"azSpanDeg": 200.0}, "give at most 180"),
         ({"noiseMin": -1.0}, "give a number from 0 on"),
+        ({"noiseMin": 0.5, "noiseMax": 0.25}, "noiseMax is 0.25; give at least noiseMin, 0.5"),
         ({"raysPerDeg": 100.0}, "81,000,000 rays; the limit is 1,000,000 rays; raise it with --limit acoustic.rays=N"),
         ({"rxGroup:g001:receiverIndices": [1]}, "mounts are numbered from 0 to 0"),
         ({"firingSeq:seq001:channel": [1]}, "have 0, 0, 0, 1 elements"),
