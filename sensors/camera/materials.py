@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -13,7 +13,7 @@ from sensors.raycast.rays import Hits
 
 from .image_files import ImageFiles
 from .networks import Coordinates, Networks, Source, Warn, transform_2d
-from .paints import Paint, Painter
+from .paints import OnPlane, Paint, Painter
 
 GREY = (0.18, 0.18, 0.18)
 """Base colour of what nothing says, linear; as in UsdPreviewSurface."""
@@ -41,7 +41,7 @@ class Looks:
 
     hidden: (n,) bool, whether it is not seen at all; clear: paths of prims of which nothing is seen. Surfaces that vary
     have a paint by number, which counts instead; those of `opacities` come with the value below which a place is not
-    seen.
+    seen. planes: textures that lie on planes.
     """
 
     base: np.ndarray
@@ -51,6 +51,7 @@ class Looks:
     bases: Mapping[int, Paint] = field(default_factory=dict)
     emissions: Mapping[int, Paint] = field(default_factory=dict)
     opacities: Mapping[int, tuple[Paint, float]] = field(default_factory=dict)
+    planes: Mapping[int, OnPlane] = field(default_factory=dict)
 
     @property
     def vary(self) -> bool:
@@ -67,10 +68,17 @@ class Looks:
         """Whether any surface gives light."""
         return bool(self.emissions) or bool(self.emitted.any())
 
-    def base_of(self, hits: Hits, rows: np.ndarray, surfaces: np.ndarray) -> np.ndarray:
-        """(k, 3) float32, base colours of the rays `rows` (k,), which met `surfaces` (k,)."""
+    def base_of(
+        self, hits: Hits, rows: np.ndarray, surfaces: np.ndarray, places: Callable[[np.ndarray], np.ndarray]
+    ) -> np.ndarray:
+        """(k, 3) float32, base colours of the rays `rows` (k,), which met `surfaces` (k,).
+
+        places: of some rays (m,), the points (m, 3) that they met, float64 world [m].
+        """
         found = _painted(np.take(self.base, surfaces, axis=0), self.bases, hits, rows, surfaces)
-        return np.clip(found, 0, 1, out=found) if self.bases else found
+        for surface, some in by_surface(self.planes, surfaces):
+            found[some] = self.planes[surface].at(places(rows[some]))
+        return np.clip(found, 0, 1, out=found) if self.bases or self.planes else found
 
     def emitted_of(self, hits: Hits, rows: np.ndarray, surfaces: np.ndarray) -> np.ndarray:
         """(k, 3) float32 [nit], what they emit."""
@@ -120,6 +128,7 @@ def read_looks(stage: Any, surfaces: Sequence[Any], files: ImageFiles, warn: War
     bases: dict[int, Paint] = {}
     emissions: dict[int, Paint] = {}
     opacities: dict[int, tuple[Paint, float]] = {}
+    planes: dict[int, OnPlane] = {}
     networks, painter = Networks(files, warn), Painter(stage, warn)
     known: dict[str, Material | None] = {}
     for number, surface in enumerate(surfaces):
@@ -133,6 +142,8 @@ def read_looks(stage: Any, surfaces: Sequence[Any], files: ImageFiles, warn: War
                 plain[number] = paint
             else:
                 plain[number], paints[number] = source.plain, paint
+        if (plane := painter.on_plane(material.base, surface)) is not None:
+            planes[number] = plane
         opacity = painter.paint(material.opacity, surface)
         if isinstance(opacity, tuple):
             hidden[number] = opacity[0] < material.threshold
@@ -140,7 +151,7 @@ def read_looks(stage: Any, surfaces: Sequence[Any], files: ImageFiles, warn: War
             opacities[number] = opacity, material.threshold
     base = np.nan_to_num(base, nan=GREY[0])
     clear = _clear([str(surface.path) for surface in surfaces], hidden)
-    return Looks(np.clip(base, 0.0, 1.0), np.maximum(emitted, 0.0), hidden, clear, bases, emissions, opacities)
+    return Looks(np.clip(base, 0.0, 1.0), np.maximum(emitted, 0.0), hidden, clear, bases, emissions, opacities, planes)
 
 
 def _clear(paths: Sequence[str], hidden: np.ndarray) -> frozenset[str]:

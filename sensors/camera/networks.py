@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .image_files import ImageFiles, ImageProblem
+from .image_files import Image, ImageFiles, ImageProblem
 from .stage_values import numbers_of
 from .textures import WRAPS, Texture, linear_table
 
@@ -30,7 +30,8 @@ class Coordinates:
 @dataclass(frozen=True, eq=False)
 class Source:
     """Where the value of an input comes from: `texture` or `primvar`, or neither; then, and where these say nothing, it
-    is `plain`. channels: of the texture's red, green, blue and alpha.
+    is `plain`. channels: of the texture's red, green, blue and alpha. placed: whether a surface without coordinates is
+    `plain` too, and a plane has its own (`graph.sim.mjcf.textures`).
     """
 
     plain: tuple[float, ...]
@@ -38,6 +39,7 @@ class Source:
     channels: tuple[int, ...] = OUTPUTS["rgb"]
     coordinates: Coordinates = field(default_factory=Coordinates)
     primvar: str = ""
+    placed: bool = False
 
 
 class Networks:
@@ -72,28 +74,27 @@ class Networks:
         except ImageProblem as problem:
             self._warn("texture-not-read", where, f"{problem}; its surfaces have one plain colour")
             return None
-        return Texture(image, linear_table(image, space), wraps, scale.astype(np.float32), bias.astype(np.float32))
+        return Texture(image, linear_table(image, space), wraps, _float32(scale), _float32(bias))
 
     def _texture(self, node: Any, output: str, default: tuple[float, ...]) -> Source:
         fallback = numbers_of(_value(node, "fallback"), 4)
         channels = OUTPUTS[output][: len(default)]
         plain = tuple(fallback[channel] for channel in channels) if fallback else default
+        wraps = [str(_value(node, name) or "") for name in ("wrapS", "wrapT")]
+        scale = np.array(numbers_of(_value(node, "scale"), 4) or (1.0,) * 4)
+        bias = np.array(numbers_of(_value(node, "bias"), 4) or (0.0,) * 4)
+        kind = str(_value(node, "sourceColorSpace") or "auto")
+        across, down = (wrap if wrap in WRAPS else "repeat" for wrap in wraps)
+        coordinates = _coordinates(node.GetInput("st"))
+        if (image := _own_pixels(node.GetPrim())) is not None:
+            found = Texture(image, linear_table(image, kind), (across, down), _float32(scale), _float32(bias))
+            return Source(found.mean(channels), found, channels, coordinates, placed=True)
         file = node.GetInput("file")
         if not file:
             return Source(plain)
         attributes = file.GetValueProducingAttributes() or [file.GetAttr()]
-        wraps = [str(_value(node, name) or "") for name in ("wrapS", "wrapT")]
-        scale = np.array(numbers_of(_value(node, "scale"), 4) or (1.0,) * 4)
-        bias = np.array(numbers_of(_value(node, "bias"), 4) or (0.0,) * 4)
-        texture = self.texture(
-            attributes[0],
-            _owner(node),
-            str(_value(node, "sourceColorSpace") or "auto"),
-            tuple(wrap if wrap in WRAPS else "repeat" for wrap in wraps),  # type: ignore[arg-type]
-            scale,
-            bias,
-        )
-        return Source(plain, texture, channels, _coordinates(node.GetInput("st")))
+        texture = self.texture(attributes[0], _owner(node), kind, (across, down), scale, bias)
+        return Source(plain, texture, channels, coordinates)
 
 
 def _producer(given: Any) -> tuple[Any, str, Any]:
@@ -155,6 +156,19 @@ def transform_2d(scale: tuple[float, ...], degrees: float, translation: tuple[fl
     cos, sin = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
     turn = np.array([[cos, -sin], [sin, cos]])
     return np.column_stack([turn * np.array(scale), np.array(translation)])
+
+
+def _own_pixels(prim: Any) -> Image | None:
+    """The image whose pixels are on the prim of a texture: that of an MJCF model."""
+    size = numbers_of(prim.GetAttribute("mjc:size").Get(), 2) if prim.HasAttribute("mjc:size") else None
+    if size is None:
+        return None
+    pixels = np.array(prim.GetAttribute("mjc:pixels").Get(), np.uint8).reshape(int(size[1]), int(size[0]), -1)
+    return Image(np.ascontiguousarray(np.moveaxis(pixels, 2, 0)))
+
+
+def _float32(values: np.ndarray) -> np.ndarray:
+    return values.astype(np.float32)
 
 
 def _owner(shader: Any) -> str:

@@ -63,6 +63,20 @@ class Textured:
         return self.texture.at(self.places.columns(triangle, uv), self.channels)
 
 
+@dataclass(frozen=True, eq=False)
+class OnPlane:
+    """A texture on a plane. places: (2, 4) float64, of (x, y, z, 1) in the world [m]. channels: of it."""
+
+    texture: Texture
+    places: np.ndarray
+    channels: tuple[int, ...]
+
+    def at(self, points: np.ndarray) -> np.ndarray:
+        """(k, n) float32 at points (k, 3) float64 in the world [m]."""
+        st = self.places[:, :3] @ points.T + self.places[:, 3:]
+        return self.texture.at((st - np.floor(st)).astype(np.float32), self.channels)
+
+
 @dataclass
 class Painter:
     """Makes the paints of a stage's surfaces; warn: gets `texture-without-st` and `primvar-left-out`."""
@@ -74,6 +88,8 @@ class Painter:
 
     def paint(self, source: Source, surface: Any) -> Paint | tuple[float, ...]:
         """What an input gives on a surface; plain numbers where it is the same everywhere."""
+        if source.placed and not self._has_places(source, surface):
+            return source.plain
         if source.texture is not None:
             places = self._places(source.coordinates, surface)
             if places.shape[0] == 1:
@@ -83,6 +99,26 @@ class Painter:
             found = self.primvar(surface, source.primvar, len(source.plain))
             return source.plain if found is None else _plain(found)
         return source.plain
+
+    def on_plane(self, source: Source, surface: Any) -> OnPlane | None:
+        """What a texture gives on a plane that says where it lies on it (`mjc:st`) and does not move."""
+        from graph.sim.usd import UsdGeom
+
+        prim = self.gprim(surface)
+        if source.texture is None or surface.body is not None:
+            return None
+        given = prim.GetAttribute("mjc:st").Get() if prim and prim.HasAttribute("mjc:st") else None
+        numbers = numbers_of(given, 4)
+        if numbers is None:
+            return None
+        a, b, c, d = numbers
+        world = np.array(UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(0)).T  # MJCF stages are in metres
+        x, y, _, one = np.linalg.inv(world)
+        return OnPlane(source.texture, np.stack([a * x + b * one, c * y + d * one]), source.channels)
+
+    def _has_places(self, source: Source, surface: Any) -> bool:
+        name = source.coordinates.primvar
+        return bool(name) and self.primvar(surface, name, 2) is not None
 
     def primvar(self, surface: Any, name: str, width: int) -> np.ndarray | None:
         """(m, 3, width) float32 at the surface's corners, (1, 3, width) for one value; None without such a primvar."""

@@ -73,7 +73,11 @@ def _reflected(
                 light_there[towards[dark]] = 0
             for axis in range(3):
                 lit[axis] += light.color[axis] * light_there
-    found = looks.base_of(view.hits, rows, surfaces) * (lit.T * np.float32(1 / np.pi))
+
+    def places(some: np.ndarray) -> np.ndarray:
+        return view.rays.points(view.bundle, some, view.hits.distance[some])
+
+    found = looks.base_of(view.hits, rows, surfaces, places) * (lit.T * np.float32(1 / np.pi))
     return found + looks.emitted_of(view.hits, rows, surfaces) if looks.emits else np.asarray(found)
 
 

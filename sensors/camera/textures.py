@@ -52,6 +52,12 @@ class Texture:
                     out[rows, column] = found
         return out
 
+    def mean(self, channels: Sequence[int]) -> tuple[float, ...]:
+        """The mean of some channels over the image."""
+        every = np.arange(self._planes.shape[1])
+        found = [self.linear(every, each).mean() * self.scale[each] + self.bias[each] for each in channels]
+        return tuple(map(float, found))
+
     def linear(self, index: np.ndarray, channel: int) -> np.ndarray:
         """(k,) float32, a channel of the pixels `index` (k,), counted row by row; without scale and bias."""
         planes = self._planes

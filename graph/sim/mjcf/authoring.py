@@ -31,11 +31,17 @@ class Author:
         return spec
 
     def set(self, spec: Any, name: str, kind: str, value: Any) -> None:
-        """Writes an attribute; `mjc:` ones are custom. kind: the name of a value type, such as Double."""
+        """Writes an attribute; `mjc:` ones are custom. kind: of the value, such as Double; None leaves it empty."""
         variability = Sdf.VariabilityUniform if name in _UNIFORM else Sdf.VariabilityVarying
         attribute = Sdf.AttributeSpec(spec, name, getattr(_TYPES, kind), variability)
         attribute.custom = name.startswith(("mjc:", "isaac:"))
-        attribute.default = value
+        if value is not None:
+            attribute.default = value
+
+    def connect(self, spec: Any, name: str, kind: str, source: str) -> None:
+        """Writes an attribute that takes its value from another."""
+        attribute = Sdf.AttributeSpec(spec, name, getattr(_TYPES, kind))
+        attribute.connectionPathList.explicitItems = [Sdf.Path(source)]
 
     def relate(self, spec: Any, name: str, target: str) -> None:
         """Writes a relationship to one prim."""

@@ -13,7 +13,7 @@ from graph.sim.scene.scan import GIVEN
 from graph.sim.scene.stage import Warn
 from graph.sim.usd import Gf, Sdf, Usd, UsdGeom, Vt
 
-from . import surfaces
+from . import surfaces, textures
 from .authoring import Author, integers, points, turn, vector
 from .lights import mirror_lights
 from .naming import ACTUATORS, LOOKS, ROOT, SENSORS, Paths, flex_name
@@ -127,7 +127,11 @@ class _Mirror:
 
     def _material(self, number: int, path: str) -> None:
         spec = self._named(path, "Material", self.model.material(number).name)
-        self.author.set(spec, "mjc:rgba", "Color4f", Gf.Vec4f(*map(float, self.model.mat_rgba[number])))
+        rgba = self.model.mat_rgba[number].tolist()
+        self.author.set(spec, "mjc:rgba", "Color4f", Gf.Vec4f(*rgba))
+        if textures.texture_of(self.model, number) >= 0:
+            red, green, blue = map(_linear, rgba[:3])
+            textures.mirror_texture(self.model, number, path, self.author, (red, green, blue))
 
     def _joint(self, number: int) -> None:
         model, path = self.model, self.paths.joints[number]
@@ -179,6 +183,8 @@ class _Mirror:
                 put(spec, "width", "Double", 2 * x)
                 put(spec, "length", "Double", 2 * y)
             put(spec, "axis", "Token", "Z")
+            if (coordinates := textures.plane_coordinates(model, number)) is not None:
+                put(spec, textures.ST, "DoubleArray", coordinates)
         elif kind == _GEOM.mjGEOM_SPHERE:
             put(spec, "radius", "Double", x)
         elif kind in (_GEOM.mjGEOM_CAPSULE, _GEOM.mjGEOM_CYLINDER):
@@ -209,7 +215,11 @@ class _Mirror:
                 self.author.prim(LIBRARY, "", class_=True)
             self.meshes.add(source)
             found = surfaces.height_field(model, asset) if field else surfaces.mesh(model, asset)
-            self._triangles(self.author.prim(source, "Mesh", class_=True), *found)
+            shared = self.author.prim(source, "Mesh", class_=True)
+            self._triangles(shared, *found)
+            if not field and (coordinates := textures.mesh_coordinates(model, asset)) is not None:
+                self.author.set(shared, "primvars:st", "TexCoord2fArray", coordinates)
+                shared.attributes["primvars:st"].SetInfo("interpolation", "faceVarying")
         spec.referenceList.prependedItems = [Sdf.Reference(primPath=source)]
 
     def _triangles(self, spec: Any, vertices: Any, triangles: Any) -> None:
