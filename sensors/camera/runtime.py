@@ -104,53 +104,54 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
     def measure(self, tick: Tick) -> Measurement:
         """The image of a tick."""
         width, height = self.config.size
-        pose, images, wanted = self.pose(tick.poses), [], self.channels()
-        drawn = self._drawing(pose, wanted & DRAWN)
-        if drawn is not None:
-            images, wanted = self._draw(drawn, tick, pose, wanted & DRAWN), wanted - DRAWN
+        wanted, images, pose = self.channels(), [], None
+        if wanted & DRAWN and self._draws():
+            pose = self.pose(tick.poses)
+            images, wanted = self._draw(tick, pose, wanted & DRAWN), wanted - DRAWN
         if wanted:
             pose, cast = self._cast(tick, wanted)
             images += cast
+        elif pose is None:
+            pose = self.pose(tick.poses)
         arrays = {
             name: array if name in BOXES else array.reshape(height, width, *array.shape[1:]) for name, array in images
         }
         return Measurement(arrays, width * height, None if self.history is not None else (pose, pose))
 
-    def _drawing(self, pose: np.ndarray, wanted: frozenset[str]) -> DrawnCamera | None:
-        """What draws by OpenGL; None if nothing is to be drawn, or if it cannot be, which is a warning."""
+    def _draws(self) -> bool:
+        """Whether OpenGL draws; if it should and cannot, a warning says why."""
         app = self._app
-        if app.fidelity.camera_backend != "gl" or not wanted:
-            return None
-        from .drawn import DrawnCamera, reason_for_rays
+        if app.fidelity.camera_backend != "gl":
+            return False
+        from .drawn import reason_for_rays
 
-        world = cast_world(app)
-        if reason := reason_for_rays(world, self.config):
+        reason = reason_for_rays(cast_world(app), self.config)
+        if reason:
             app.warn("camera-by-rays", self.path, f"{reason}, which OpenGL does not show: its images are cast by rays")
-            return None
-        if self._drawn is None or self._drawn.world is not world:
-            self._put_away()
-            seen = world, looks_of(app, world), smooth_surfaces(app, world)
-            self._drawn = DrawnCamera(self.config, *seen, app.fidelity.camera_samples, pose)
-        return self._drawn
+        return not reason
 
     def _put_away(self) -> None:
         if self._drawn is not None:
             self._drawn.close()
         self._drawn = None
 
-    def _draw(
-        self, drawn: DrawnCamera, tick: Tick, pose: np.ndarray, wanted: frozenset[str]
-    ) -> list[tuple[str, np.ndarray]]:
+    def _draw(self, tick: Tick, pose: np.ndarray, wanted: frozenset[str]) -> list[tuple[str, np.ndarray]]:
         """Channels in demand as OpenGL draws them."""
+        from .drawn import DrawnCamera
+
         app = self._app
+        world = cast_world(app)
+        if self._drawn is None or self._drawn.world is not world:
+            self._put_away()
+            seen = world, looks_of(app, world), smooth_surfaces(app, world)
+            self._drawn = DrawnCamera(self.config, *seen, app.fidelity.camera_samples, pose)
+        drawn = self._drawn
         view = drawn.look(pose, tick.poses, self.exclude)
         images = self._images(view, tick, wanted)
         if RGB in wanted:
-            lighting = self._pictures.lighting(app, drawn.world, pose, tick.poses)
+            lighting = self._pictures.lighting(app, world, pose, tick.poses)
             if (count := len(lighting.lights)) > drawn.most_lights:
-                said = (
-                    f"OpenGL shows the {drawn.most_lights} brightest of its {count} lights (camera.backend=rays: all)"
-                )
+                said = f"OpenGL shows the {drawn.most_lights} brightest of its {count} lights; camera.backend=rays all"
                 app.warn("lights-left-out", self.path, said)
             images += self._lit(drawn.radiance(view, pose, lighting), wanted)
         return images
