@@ -14,7 +14,8 @@ import numpy as np
 
 from graph.sim.geometry.surfaces import Mesh, Plane
 from sensors.raycast.rays import NOTHING, Hits
-from sensors.raycast.world import CastWorld, excluded
+from sensors.raycast.standing import excluded
+from sensors.raycast.world import CastWorld
 
 NO_PLANE = -1
 SMOOTH = np.cos(np.deg2rad(40.0))
