@@ -102,7 +102,7 @@ class ReadingLog:
             sensor.require(Consumer("graph trade"), names, ignore_aux=True)
         if sort == RADAR:
             scan = sensor.config.scans[0]
-            velocity = scan.velocities(scan.max_vel_mps_sequence[0]).width
+            velocity = scan.velocities(scan.cycles[0]).width
             kept.gates = scan.ranges().width, velocity, math.asin(min(1.0, scan.azimuths().width))
         rate = kept.rate = Fraction(sensor.rate)
         reduce = _REDUCERS[sort](sensor, self._duration)

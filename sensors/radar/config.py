@@ -12,6 +12,7 @@ from graph.base.limits import allowed, most
 
 from .antenna import Pattern
 from .cells import Cells
+from .chirps import LIGHT, Chirps
 from .names import attribute_name
 
 MOST_SCANS = 255
@@ -19,6 +20,9 @@ MOST_SCANS = 255
 
 MOST_BOUNCES = 255
 """So is the number of faces on a way."""
+
+WAVELENGTH_MM = 3.9
+"""The documented example's, at 76.87 GHz."""
 
 MOST_ANGLES = 100_000
 """Angle cells of an axis, so that the numbers of all cells fit into 64 bits; they take no memory."""
@@ -30,7 +34,8 @@ class ScanConfig:
 
     Field names are the attributes `omni:sensor:WpmDmat:scan:<instance>:` in snake case, and so are their units; angles
     are half of the field of view. Defaults are the documented example's, less its velocity and angle noise of 0.
-    datacube_mode: that of the radar if empty. Antenna tables: gains [dB] over azimuth and elevation.
+    datacube_mode: that of the radar if empty. Antenna tables: gains [dB] over azimuth and elevation. Chirps count in
+    the mode WAVEFORM, in Hz and s; where one is 0 the other attributes decide.
     """
 
     name: str = "s001"
@@ -81,6 +86,45 @@ class ScanConfig:
     tx_antenna_az_deg: tuple[float, ...] = ()
     tx_antenna_el_deg: tuple[float, ...] = ()
     tx_antenna_co_gain: tuple[float, ...] = ()
+    carrier_frequency: float = 0.0
+    chirp_bandwidth: float = 0.0
+    chirp_duration: float = 0.0
+    chirp_repetition_time: float = 0.0
+    frequency_step_between_chirps: float = 0.0
+    fast_time_samples: int = 0
+    fast_time_padding_samples: int = 0
+    enable_range_aliasing: bool = False
+
+    @property
+    def wavelength(self) -> float:
+        """[m] of its carrier; of the documented example without one."""
+        return LIGHT / self.carrier_frequency if self.carrier_frequency else WAVELENGTH_MM * 1e-3
+
+    @property
+    def waveform(self) -> bool:
+        """Whether its cube is that of sampled chirps."""
+        return self.datacube_mode == "WAVEFORM"
+
+    def chirps(self, unambiguous: float = 0.0) -> Chirps:
+        """Its chirps, in a cycle with this unambiguous velocity [m/s]; 0: the first."""
+        carrier = LIGHT / self.wavelength
+        repetition = self.chirp_repetition_time or LIGHT / (4.0 * carrier * (unambiguous or self.cycles[0]))
+        return Chirps(
+            carrier,
+            self.chirp_bandwidth or LIGHT / (2.0 * self._spec_ranges().width),
+            repetition,
+            self.chirp_duration,
+            self.frequency_step_between_chirps,
+            self.fast_time_samples,
+            self.fast_time_padding_samples,
+        )
+
+    @property
+    def cycles(self) -> tuple[float, ...]:
+        """The unambiguous velocities [m/s] of its cycles, which take turns."""
+        if self.waveform and self.chirp_repetition_time > 0:
+            return (self.wavelength / (4.0 * self.chirp_repetition_time),)
+        return self.max_vel_mps_sequence
 
     def pattern(self, side: str) -> Pattern | None:
         """The table of the gains of one side, "rx" or "tx"; None without any. Raises ValueError for a wrong one."""
@@ -100,6 +144,10 @@ class ScanConfig:
 
     def ranges(self) -> Cells:
         """Range cells [m]."""
+        sampled = self.waveform and (self.chirp_bandwidth or self.fast_time_samples)
+        return self.chirps().ranges(self.max_range_m) if sampled else self._spec_ranges()
+
+    def _spec_ranges(self) -> Cells:
         if self.bins_from_spec:
             return Cells.of_resolution(0.0, self.max_range_m, self.range_res_m)
         return Cells(0.0, self.max_range_m, self.r_bins)
@@ -131,7 +179,7 @@ class ScanConfig:
 
     def cells(self) -> int:
         """How many range and velocity cells its largest cycle has."""
-        return self.ranges().count * max(self.velocities(v).count for v in self.max_vel_mps_sequence)
+        return self.ranges().count * max(self.velocities(v).count for v in self.cycles)
 
     def grid(self, rays: int | None) -> tuple[int, int]:
         """Rays across (azimuth) and up (elevation); rays: about how many in all, None for `raysPerDeg`."""
@@ -168,6 +216,8 @@ class ScanConfig:
                 yield f"{attribute_name(name)} = {getattr(self, name):g} is beyond 90 deg; it is half the field of view"
         if not self.max_vel_mps_sequence or min(self.max_vel_mps_sequence) <= 0:
             yield "maxVelMpsSequence needs velocities above 0"
+        elif self.waveform and not any(getattr(self, name) < 0 for name in _DEVIATIONS):
+            yield from self.chirps(max(self.cycles)).problems()
         if self.time_offset_usec * 1000 >= 2**31:
             yield f"timeOffsetUsec = {self.time_offset_usec:g} does not fit; in ns it has 31 bits, 2.1 s"
         if len(self.rcs_tuning_coefficients) != 3 or self.rcs_tuning_coefficients[1] <= 0:
@@ -189,13 +239,14 @@ class ScanConfig:
 class RadarConfig:
     """Everything that decides what a radar sends, and what it makes of what comes back.
 
-    Field names are the attributes `omni:sensor:WpmDmat:` in snake case; scans: in the order in which they run;
+    Field names are the attributes `omni:sensor:WpmDmat:` in snake case; scans: in the order in which they run, with the
+    radar's mode where they give none, and its wavelength where no carrier of theirs counts;
     without_effect: the attributes that the prim gives and that are not modelled.
     Raises UserError, naming scan and field, for values no radar can have.
     """
 
     name: str = "Generic"
-    wave_length_mm: float = 3.9
+    wave_length_mm: float = WAVELENGTH_MM
     trace_tree_depth: int = 4
     instance_time_offset_usec: int = 5000
     datacube_mode: str = "FAST"
@@ -220,6 +271,8 @@ class RadarConfig:
         ]
         if not 1e-2 <= self.wave_length_mm <= 1e3:
             problems.append(f"waveLengthMm = {self.wave_length_mm:g}; give 0.01 to 1000 mm")
+        else:
+            object.__setattr__(self, "scans", tuple(self._settled(scan) for scan in self.scans))
         if self.trace_tree_depth > MOST_BOUNCES:
             problems.append(
                 f"traceTreeDepth = {self.trace_tree_depth:,}; at most {MOST_BOUNCES} reflections are followed"
@@ -235,6 +288,13 @@ class RadarConfig:
         if problems:
             raise UserError(f"radar {self.name}: {'; '.join(problems)}")
 
+    def _settled(self, scan: ScanConfig) -> ScanConfig:
+        """A scan with what it takes from the radar."""
+        mode = scan.datacube_mode or self.datacube_mode
+        own = scan.carrier_frequency if mode == "WAVEFORM" else 0.0
+        carrier = own or LIGHT / self.wavelength
+        return dataclasses.replace(scan, datacube_mode=mode, carrier_frequency=carrier)
+
 
 _POSITIVE = (
     *("max_range_m", "max_az_ang_deg", "max_el_ang_deg", "rays_per_deg", "power_factor", "cfar_min_val"),
@@ -243,6 +303,7 @@ _POSITIVE = (
 _DEVIATIONS = (
     *("cfar_offset", "cfar_noise_mean", "cfar_noise_sdev", "time_offset_usec"),
     *("azimuth_rad_noise_sdev", "elevation_rad_noise_sdev", "velocity_noise_sdev", "range_noise_sdev"),
+    *("carrier_frequency", "chirp_bandwidth", "chirp_duration", "chirp_repetition_time"),
 )
 _TOKENS = {
     "datacube_mode": ("FAST", "WAVEFORM"),

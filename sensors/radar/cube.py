@@ -21,7 +21,11 @@ LOBE = 2
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """The cells of one cycle of a scan: range [m], velocity [m/s] up to the unambiguous one, sines of the angles."""
+    """The cells of one cycle of a scan: range [m], velocity [m/s] up to the unambiguous one, sines of the angles.
+
+    wraps_angles, wraps_range: whether what lies beyond them comes in again on the other side. flat: whether no
+    elevation is measured. coupling, finer: those of chirps (`Chirps`).
+    """
 
     range_m: Cells
     velocity: Cells
@@ -29,17 +33,20 @@ class Grid:
     height: Cells
     wraps_angles: bool = False
     flat: bool = False
-    """Whether no elevation is measured."""
+    wraps_range: bool = False
+    coupling: tuple[float, float] = (0.0, 0.0)
+    finer: float = 1.0
 
     @classmethod
     def of(cls, scan: ScanConfig, cycle: int) -> Grid:
         """The grid of a cycle, counted from 0: the unambiguous velocities take turns."""
-        sequence = scan.max_vel_mps_sequence
-        velocities = scan.velocities(sequence[cycle % len(sequence)])
-        return cls(
-            *(scan.ranges(), velocities, scan.azimuths(), scan.heights()),
-            *(scan.en_ang_aliasing, scan.elev_mode == "NO_EL"),
-        )
+        limit = scan.cycles[cycle % len(scan.cycles)]
+        cells = scan.ranges(), scan.velocities(limit), scan.azimuths(), scan.heights()
+        modes = scan.en_ang_aliasing, scan.elev_mode == "NO_EL"
+        if not scan.waveform:
+            return cls(*cells, *modes)
+        chirps = scan.chirps(limit)
+        return cls(*cells, *modes, scan.enable_range_aliasing, chirps.coupling, chirps.finer)
 
     @property
     def shape(self) -> tuple[int, int, int, int]:
@@ -60,6 +67,11 @@ class Grid:
         """
         values = list(values)
         ranges, velocities, *angles = self.shape
+        if any(self.coupling):
+            farther, faster = self.coupling
+            values[:2] = values[0] + farther * values[1], values[1] + faster * values[0]
+        if self.wraps_range:
+            values[0] = np.mod(values[0], self.range_m.high)
         if np.abs(values[1]).max(initial=0.0) >= self.velocity.high:
             values[1] = folded(values[1], self.velocity.high)
         if angle is None:
@@ -163,16 +175,20 @@ def as_chirps_give(cube: Cube) -> Cube:
 
     Both are taken of samples under a Hann window, whose response at x cells from a return is sinc(x) / (1 - x^2) in
     amplitude (Harris, Proc. IEEE 66 (1978) 51-83): 1 at the return, 1.4 dB less at half a cell, side lobes of -31 dB,
-    which are left out beyond `LOBE` cells. Different returns add up as powers. Velocities wrap.
+    which are left out beyond `LOBE` cells; padding makes several cells of one in range. Different returns add up as
+    powers. Velocities wrap.
     """
     grid = cube.grid
     index = cube.index
     offsets = [values - cells.centre(at) for values, cells, at in zip(cube.values[:2], grid.axes, index, strict=False)]
     parts = []
-    for step in range(-LOBE, LOBE + 1):
+    wide = math.ceil(LOBE * grid.finer)
+    for step in range(-wide, wide + 1):
         ranges = index[0] + step
+        if grid.wraps_range:
+            ranges = ranges % grid.range_m.count
         inside = np.flatnonzero((ranges >= 0) & (ranges < grid.range_m.count))
-        along = _hann(offsets[0][inside] / grid.range_m.width - step)
+        along = _hann((offsets[0][inside] / grid.range_m.width - step) / grid.finer)
         for turn in range(-LOBE, LOBE + 1):
             velocities = (index[1][inside] + turn) % grid.velocity.count
             across = _hann(offsets[1][inside] / grid.velocity.width - turn)

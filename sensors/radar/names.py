@@ -16,10 +16,15 @@ def attribute_name(field: str) -> str:
     return first + "".join("SDev" if part == "sdev" else part.capitalize() for part in rest)
 
 
-WITHOUT_EFFECT = (
+CHIRPS = (
     *("carrierFrequency", "chirpBandwidth", "chirpDuration", "chirpRepetitionTime", "frequencyStepBetweenChirps"),
-    *("fastTimeSamples", "fastTimePaddingSamples", "azimuthPaddingSamples", "elevationPaddingSamples"),
-    *("enableRangeAliasing", "rxAntennaCrossGain", "txAntennaCrossGain", "exponentialDecayFactor"),
+    *("fastTimeSamples", "fastTimePaddingSamples", "enableRangeAliasing"),
+)
+"""Attributes of a scan configuration that only the mode WAVEFORM looks at."""
+
+WITHOUT_EFFECT = (
+    *("azimuthPaddingSamples", "elevationPaddingSamples"),
+    *("rxAntennaCrossGain", "txAntennaCrossGain", "exponentialDecayFactor"),
     *("arrayAzimuthElements", "arrayElevationElements", "azimuthElementSpacing", "elevationElementSpacing"),
     *("apertureArrayAzimuthElements", "apertureArrayElevationElements", "apertureAzimuthElementSpacing"),
     *("apertureElevationElementSpacing", "apertureWindowAzimuth", "apertureWindowElevation"),

@@ -11,7 +11,7 @@ from graph.base.errors import UserError
 from sensors.prim import value_of
 
 from .config import RadarConfig, ScanConfig
-from .names import API, PREFIX, PRIM_TYPE, SCAN_PREFIX, WITHOUT_EFFECT, attribute_name
+from .names import API, CHIRPS, PREFIX, PRIM_TYPE, SCAN_PREFIX, WITHOUT_EFFECT, attribute_name
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -64,7 +64,9 @@ def _without_effect(prim: Usd.Prim, scans: list[str]) -> Iterator[str]:
     if offset and offset.HasAuthoredValue() and offset.Get() != RadarConfig().instance_time_offset_usec:
         yield "instanceTimeOffsetUsec"
     for scan in scans:
-        for name in WITHOUT_EFFECT:
+        modes = (value_of(prim, f"{prefix}datacubeMode") for prefix in (f"{SCAN_PREFIX}{scan}:", PREFIX))
+        chirps = next(filter(None, modes), "FAST") == "WAVEFORM"
+        for name in WITHOUT_EFFECT if chirps else (*CHIRPS, *WITHOUT_EFFECT):
             attribute = prim.GetAttribute(f"{SCAN_PREFIX}{scan}:{name}")
             neutral = 1.0 if name == "exponentialDecayFactor" else 0.0
             if attribute and attribute.HasAuthoredValue() and _says(attribute.Get(), neutral):

@@ -114,8 +114,9 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
             self._app.warn(
                 "radar-attribute-ignored",
                 self.path,
-                f"{', '.join(config.without_effect)}: not modelled, and without effect; cells follow from rangeResM, "
-                "velResMps, boreAzResDeg, boreElResDeg and maxVelMpsSequence",
+                f"{', '.join(config.without_effect)}: not modelled, and without effect (chirps count only where "
+                "datacubeMode is WAVEFORM); cells follow from rangeResM, velResMps, boreAzResDeg, boreElResDeg and "
+                "maxVelMpsSequence",
             )
         self._custom = custom_frame(config.output_frame_of_reference, config.custom_frame_of_reference_trafo)
         self._fans: dict[int, _Fan] = {}
@@ -146,14 +147,13 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
             return Measurement({}, 0, facts=facts)
         cube = self.cube(tick, number, cycle)
         noise = Noise(self._app.seed, self.path, self._frames)
-        chirps = (scan.datacube_mode or self.config.datacube_mode) == "WAVEFORM"
         found = detections(
-            as_chirps_give(cube) if chirps else cube,
+            as_chirps_give(cube) if scan.waveform else cube,
             scan,
             self._antenna(scan),
             noise,
             four=self.config.cfar_mode == "4D",
-            peaks=chirps,
+            peaks=scan.waveform,
         )
         return Measurement(self._arrays(found, scan, tick), len(found.rcs) if self.requested() else 0, facts=facts)
 
@@ -207,15 +207,15 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
 
     def _antenna(self, scan: ScanConfig) -> Antenna:
         falls = self.config.antenna_gain_mode != "CONSTANT"
-        return Antenna(self.config.wavelength, scan.power_factor, falls, scan.pattern("tx"), scan.pattern("rx"))
+        return Antenna(scan.wavelength, scan.power_factor, falls, scan.pattern("tx"), scan.pattern("rx"))
 
     def _setting(self, tick: Tick, scan: ScanConfig) -> Setting:
-        app, config = self._app, self.config
+        app = self._app
         world = cast_world(app).facets
         bodies = world.body_poses(tick.poses)
-        key = f"reflections {config.wavelength}"
+        key = f"reflections {scan.wavelength}"
         if key not in world.cache:
-            world.cache[key] = Reflections(surface_materials(app), config.wavelength)
+            world.cache[key] = Reflections(surface_materials(app), scan.wavelength)
         return Setting(
             world=world,
             planes=planes_of(world).at(np.zeros((0, 4, 4)) if bodies is None else bodies),

@@ -81,6 +81,7 @@ def test_a_scan_may_have_a_mode_of_its_own():
 
 
 def test_attributes_that_are_not_modelled_are_named_in_one_warning():
+    """Chirps count in the mode WAVEFORM only; 0 samples say nothing."""
     attributes = {f"{SCAN}chirpBandwidth": 1e9, f"{SCAN}enableRangeAliasing": True, f"{SCAN}fastTimeSamples": 0}
     attributes |= {f"{SCAN}rxAntennaCrossGain": [1.0], f"{SCAN}exponentialDecayFactor": 1.0}
     with radar_world({}, attributes) as (app, _):
