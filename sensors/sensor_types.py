@@ -53,6 +53,7 @@ class SensorType:
     - author(prim, config, variant, roots=, base=): writes a named configuration, the key `config` of a prim in a graph
       file; None for a type without configurations.
     - facts: what `graph explain` knows of a prim, as JSON data. rows: the same as (label, text) for a person.
+    - blind(app, prim): a sentence about what may keep such a sensor from seeing anything, said where it saw nothing.
     - rules: texts of the names that `Sensor.rule` gives, beside those for all sensors.
     - read_by: the nodes that poll such sensors (`sensors.polled`), which then have no render products; "" for rendered
       ones.
@@ -70,6 +71,7 @@ class SensorType:
     author: Callable[..., None] | None = None
     facts: Callable[[App, Usd.Prim], Mapping[str, Any]] = lambda app, prim: {}
     rows: Callable[[Mapping[str, Any]], Iterable[tuple[str, str]]] = lambda facts: ()
+    blind: Callable[[App, Usd.Prim], str] = lambda app, prim: ""
     rules: Mapping[str, str] = field(default_factory=dict)
     read_by: str = ""
 

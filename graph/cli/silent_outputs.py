@@ -64,12 +64,14 @@ def blind_sensors(app: App) -> dict[str, int]:
 
 def warn_of_blind_sensors(app: App) -> None:
     """Warns of each sensor that rendered and saw nothing in any of its frames."""
+    from sensors.sensor_types import sensor_types
+
     for path, count in blind_sensors(app).items():
-        app.warn(
-            "sensor-saw-nothing",
-            path,
-            f"no return in any of its {count} frames; is something within its range, in its view and not excluded?",
-        )
+        prim = app.stage.GetPrimAtPath(path)
+        kind = sensor_types().get(str(prim.GetTypeName())) if prim else None
+        asks = "is something within its range, in its view and not excluded?"
+        why = kind.blind(app, prim) if kind else ""
+        app.warn("sensor-saw-nothing", path, f"no return in any of its {count} frames; {asks} {why}".rstrip())
 
 
 def _nodes(runner: GraphRunner) -> Iterator[Any]:

@@ -80,10 +80,12 @@ class Fidelity(PhysicsKnobs):
     radar_rays: Annotated[
         int | None,
         Knob(
-            "rays of a radar's fan; finer ones over what is small come on top, a quarter at most. Default: raysPerDeg",
+            "rays of a radar's fan, a total for each of its scans: fewer per degree where it is wide. Finer ones over "
+            "what is small come on top, a quarter at most. Default: by raysPerDeg, a density",
             cost="proportional",
-            error="fewer: edges of what is lit are cut to whole rays, fields over their footprints are less exact",
-            why="the density of the radar's own attribute",
+            error="fewer: edges of what is lit are cut to whole rays, fields over their footprints are less exact; "
+            "below about one a degree next to nothing is found",
+            why="as dense as the radar's own attribute says",
             finer="higher",
             read_by=_RADAR,
             limit="radar.rays",

@@ -45,13 +45,27 @@ def _facts(app: App, prim: Usd.Prim) -> dict[str, Any]:
             "name": scan.name,
             "rays": int(np.prod(scan.grid(app.fidelity.radar_rays))),
             "range_cells": scan.ranges().count,
-            "velocity_cells": [scan.velocities(limit).count for limit in scan.max_vel_mps_sequence],
+            "velocity_cells": [scan.velocities(limit).count for limit in scan.cycles],
             "azimuth_cells": scan.azimuths().count,
             "elevation_cells": scan.heights().count,
         }
         for scan in config.scans
     ]
     return {"tick_rate_hz": read_tick_rate(prim), "cfar": config.cfar_mode, "scans": scans}
+
+
+def _blind(app: App, prim: Usd.Prim) -> str:
+    """Says that the knob radar.rays gives a scan fewer rays than its attribute asks for."""
+    rays = app.fidelity.radar_rays
+    for scan in read_config(prim).scans:
+        across, _ = scan.grid(rays)
+        dense = across / (2.0 * scan.max_az_ang_deg)
+        if rays and dense < scan.rays_per_deg:
+            return (
+                f"Its scan {scan.name} has {dense:.2g} rays per degree by radar.rays={rays}, where raysPerDeg asks for "
+                f"{scan.rays_per_deg:g}: give radar.rays more, or leave it out"
+            )
+    return ""
 
 
 def _rows(facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
@@ -76,5 +90,6 @@ register_sensor_type(
         author=author_config,
         facts=_facts,
         rows=_rows,
+        blind=_blind,
     )
 )

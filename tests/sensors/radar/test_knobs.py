@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from graph.cli.silent_outputs import warn_of_blind_sensors
 from sensors.radar.config import ScanConfig
 from sensors.radar.cube import Grid
 from tests.support.radar_scenes import WPM, dbsm, plate, radar_world, received, trihedral
@@ -58,3 +59,14 @@ def test_angles_beyond_the_field_of_view_fold_only_where_they_are_to():
     grid = Grid.of(ScanConfig(max_az_ang_deg=30.0, en_ang_aliasing=True), 0)
     _, _, placed = grid.place(values)
     assert placed[2][0] == pytest.approx(0.6 - (grid.azimuth.high - grid.azimuth.low))
+
+
+@pytest.mark.parametrize(("rays", "said"), [(20, "has 0.15 rays per degree by radar.rays=20"), (None, "not excluded?")])
+def test_a_radar_that_sees_nothing_names_the_knob_that_leaves_it_few_rays(rays, said):
+    """20 rays over 40 x 20 deg are 6 x 3, one in 6.7 deg; the view holds nothing."""
+    with radar_world({}, fidelity={"radar.rays": rays} if rays else {}) as (app, _):
+        app.update()
+        warn_of_blind_sensors(app)
+        [line] = [str(warning) for warning in app.warnings if warning.code == "sensor-saw-nothing"]
+    assert said in line
+    assert ("raysPerDeg asks for 8" in line) == bool(rays)
