@@ -7,6 +7,7 @@ stays the same. Origins are subtracted in float64 first, so a range is as exact 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from copy import copy
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -46,8 +47,15 @@ class Forms:
         self.radii = np.array([_radius(forms[at], box) for at, box in zip(self.order, boxes, strict=True)])
         """(m,) [m], of spheres about the boxes' centres that hold the solids."""
 
+    def some(self, which: np.ndarray) -> Forms:
+        """The solids `which` (k,), ascending; each may be there several times."""
+        found = copy(self)
+        found._ends = np.searchsorted(which, self._ends)
+        found._inverse, found._centre, found._sizes = self._inverse[which], self._centre[which], self._sizes[:, which]
+        return found
+
     def seen_from(self, origin: np.ndarray, poses: np.ndarray | None = None) -> PlacedForms:
-        """The solids from an origin (3,) float64 [m], each moved by one of the poses (m, 4, 4) if given."""
+        """The solids from an origin, (3,) or one for each (m, 3) float64 [m]; poses: (m, 4, 4), move each of them."""
         inverse, centre = self._inverse, self._centre
         if poses is not None:
             inverse = inverse @ np.swapaxes(poses[:, :3, :3], 1, 2)

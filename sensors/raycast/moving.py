@@ -11,7 +11,7 @@ from graph.sim.geometry.surfaces import Solid
 from .bodies import MovingMeshes
 from .near import Moving
 from .nearest import Nearest
-from .places import Bounds, windows
+from .places import Bounds, may_meet, windows, windows_of
 from .rays import RayBundle
 from .solids import MovingSolids
 
@@ -56,9 +56,21 @@ class MovingSurfaces:
             meshes[:] = False
         if not kept.any():
             return
-        for first, part in rays.each():
-            rows = nearest.some(slice(first, first + len(part.table))) if rays.parts else nearest
-            self._cast_selected(part, anchor, poses, kept, threads, rows)
+        if rays.parts:  # then all meshes were cast together
+            self._cast_parts(rays, poses, kept[: self._first], nearest)
+        else:
+            self._cast_selected(rays, anchor, poses, kept, threads, nearest)
+
+    def _cast_parts(self, rays: RayBundle, poses: np.ndarray, kept: np.ndarray, nearest: Nearest) -> None:
+        """Adds hits of the rays of several sensors with the solids kept (m,) bool: all pairs that may meet at once."""
+        if self._solids is None:
+            return
+        places = self._bounds.places_of(rays.parts, poses)
+        which, sensor = np.nonzero((kept & may_meet(rays.parts, places)[:, : self._first]).T)
+        index, pair = windows_of(rays.parts, places, which, sensor)
+        before = ((places.distance - places.radius)[sensor, which] - 1e-3).astype(np.float32)
+        ahead = np.flatnonzero(nearest.distance.take(index) > before.take(pair))  # a former hit stays
+        self._solids.cast_parts(rays, index.take(ahead), pair.take(ahead), (which, sensor), poses, nearest)
 
     def _cast_selected(
         self,

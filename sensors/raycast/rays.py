@@ -56,7 +56,8 @@ class RayBundle:
     grid: a `RayGrid` that contains the bundle's directions from `first` on; only for speed. swing: the largest angle
     [rad] between a direction and its place in the grid. columns: (3, n) float32, contiguous, the same directions by
     axis; computed if not given. memory: that of the table; None if the table is not reused. parts: of a table with the
-    rays of several sensors, one bundle for each, in order; all of them have `exclude`. cone: a unit
+    rays of several sensors, one bundle for each, in order; all of them have `exclude`, as many rays, no offsets, and
+    grids of the same directions, each turned in its own way. cone: a unit
     vector (3,), world axes, and an angle [rad] around it within which all directions lie; only for speed.
     """
 

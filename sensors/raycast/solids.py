@@ -8,7 +8,7 @@ import numpy as np
 
 from graph.sim.geometry.surfaces import Solid
 
-from .forms import Forms
+from .forms import Forms, Met
 from .nearest import Nearest
 from .rays import NOTHING, RayBundle
 
@@ -31,13 +31,33 @@ class MovingSolids:
 
         poses: (b, 4, 4) float64 [m] of the bodies.
         """
+        if len(index):
+            forms = self._forms.seen_from(rays.origin, poses[self.bodies])
+            self._add(forms.meet(index, owner, rays.directions, rays.offsets), self.surfaces, index, nearest)
+
+    def cast_parts(
+        self,
+        rays: RayBundle,
+        index: np.ndarray,
+        pair: np.ndarray,
+        seen: tuple[np.ndarray, np.ndarray],
+        poses: np.ndarray,
+        nearest: Nearest,
+    ) -> None:
+        """The same for the rays of several sensors, each with a pair of a solid and a sensor.
+
+        seen: (n,) the solid, ascending, and (n,) the sensor of each pair.
+        """
         if not len(index):
             return
-        forms = self._forms.seen_from(rays.origin, poses[self.bodies])
-        met = forms.meet(index, owner, rays.directions, rays.offsets)
+        which, sensor = seen
+        origins = np.stack([part.origin for part in rays.parts])[sensor]
+        forms = self._forms.some(which).seen_from(origins, poses[self.bodies[which]])
+        self._add(forms.meet(index, pair, rays.directions, None), self.surfaces[which], index, nearest)
 
+    def _add(self, met: Met, surfaces: np.ndarray, index: np.ndarray, nearest: Nearest) -> None:
         def spots(some: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             return np.full(len(some), NOTHING), np.zeros((len(some), 2), np.float32)
 
-        surfaces = self.surfaces.take(met.owner)
-        nearest.add_some(index.take(met.rows), met.length.astype(np.float32), surfaces, met.normals, spots)
+        length = met.length.astype(np.float32)
+        nearest.add_some(index.take(met.rows), length, surfaces.take(met.owner), met.normals, spots)

@@ -60,7 +60,11 @@ class RayGrid:
         axes: (m, 3) float64, of any length, world axes; half: (m,) [rad], half the angle of each cone; from pi on, all
         rays. A ray is repeated for each cone that may contain it.
         """
-        x, y, z = (axes @ self.rotation).T
+        return self.near_local(axes @ self.rotation, half)
+
+    def near_local(self, axes: np.ndarray, half: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The same, with the axes in the grid's own frame."""
+        x, y, z = axes.T
         level = np.hypot(x, y)
         elevation, azimuth, length = np.arctan2(z, level), np.arctan2(y, x), np.maximum(np.hypot(level, z), 1e-300)
         wide = half + MARGIN
