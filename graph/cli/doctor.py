@@ -12,6 +12,8 @@ from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
 
+from graph.base.errors import UserError
+
 from . import extremes
 from .printing import say, say_json
 
@@ -92,6 +94,8 @@ def run(args: argparse.Namespace) -> int:
     """Checks everything and prints it; returns 0 if the machine is ready, else 1."""
     if args.stability:
         return extremes.run(args)
+    if args.only or args.slow or args.markdown:
+        raise UserError("--only, --slow and --markdown choose and show the cases of --stability; add it")
     findings = examine()
     ready = all(finding.state != "fail" for finding in findings)
     if args.json:

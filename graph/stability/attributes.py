@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,8 @@ from graph.files import loads
 from graph.session.open import option_problems
 from graph.sim import App
 from graph.sim.fidelity import KNOBS, Fidelity
-from graph.sim.usd import Gf
+from graph.sim.physics.settings_table import ARRAYS, INSTANCES, RELATIONSHIPS, SIMULATED, TOKENS, VECTORS
+from graph.sim.usd import Gf, Sdf
 from sensors.lidar.config import EMITTER_FLOATS, EmitterState, LidarConfig
 from sensors.lidar.prim import write_config
 from sensors.products import render_product
@@ -28,19 +30,18 @@ from .clocks import turning
 from .inputs import AREA, VALUES, fault, none_of, strict
 from .worlds import GROUND, SENSOR, Prims, body, cube, mesh
 
+_DEFAULT: tuple[str, ...] = ("angle", "color", "colorTemperature", "diffuse", "exposure", "intensity", "radius")
+_DEFAULT += ("height", "length", "width")
+_NOT_READ = ("extent", "velocities", "angularVelocities", "accelerations", "clippingPlanes", "shutter:open")
+
 CARRIED: Mapping[str, str] = {
-    "extent": "not read: bounds are those of the points",
     "primvars:displayColor": "no colour",
     "primvars:displayOpacity": "opaque",
     "normals": "those of the triangles",
-    "cornerSharpnesses": "read for subdivision only",
-    "creaseSharpnesses": "read for subdivision only",
-    "physics:breakForce": "never breaks",
-    "physics:breakTorque": "never breaks",
-    **dict.fromkeys(("velocities", "accelerations", "clippingPlanes", "shutter:open", "shutter:close"), "not read"),
-    **dict.fromkeys(("guideRadius", "inputs:specular"), "not read"),
-    **{f"inputs:{name}": "the default of UsdLux" for name in ("angle", "color", "colorTemperature", "diffuse")},
-    **{f"inputs:{name}": "the default of UsdLux" for name in ("exposure", "intensity", "radius")},
+    **dict.fromkeys(("cornerSharpnesses", "creaseSharpnesses"), "read for subdivision only"),
+    **dict.fromkeys(("physics:breakForce", "physics:breakTorque"), "never breaks"),
+    **dict.fromkeys((*_NOT_READ, "shutter:close", "guideRadius", "inputs:specular"), "not read"),
+    **dict.fromkeys((f"inputs:{name}" for name in _DEFAULT), "the default of UsdLux"),
 }
 """Attributes in which a value that is not finite is taken without a word, and what it counts as."""
 
@@ -48,6 +49,8 @@ UNLIMITED = {
     *(f"physics:{name}" for name in ("lowerLimit", "upperLimit", "minDistance", "maxDistance")),
     *(f"physics:coneAngle{number}Limit" for number in (0, 1)),
     *(f"drive:{kind}:physics:maxForce" for kind in ("angular", "linear")),
+    *(f"physxJointAxis:{kind}:maxJointVelocity" for kind in ("angular", "linear")),
+    *("physxJoint:maxJointVelocity", "newton:velocityLimit"),
 }
 """Limits that Inf switches off."""
 
@@ -79,6 +82,11 @@ TETRAHEDRON = mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0,
 SOLIDS = ("Cube", "Sphere", "Cylinder", "Capsule", "Cone")
 RADAR = {"omni:sensor:WpmDmat:scan:s001:maxAzAngDeg": 5.0, "omni:sensor:WpmDmat:scan:s001:maxElAngDeg": 3.0}
 
+CLOTH = mesh([[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], [[0, 1, 2], [0, 2, 3]])
+LINE = {"points": [[0, 0, 0], [1, 0, 0], [2, 0, 1]], "curveVertexCounts": [3]}
+COPIES = {"prototypes": "/Copies/Cube", "protoIndices": [0, 0, 0]}
+COPIES |= {"orientations": [[1, 0, 0, 0]] * 3, "scales": [[1, 1, 1]] * 3}
+
 WORLDS: Mapping[str, Prims] = {
     "bodies": {
         **GROUND,
@@ -88,6 +96,7 @@ WORLDS: Mapping[str, Prims] = {
         "/Other": body(0.5, (2, 0, 1), attributes={"material:binding:physics": "/Stuff"}),
     },
     "joints": _joints(),
+    "cloth": {"/Cloth": CLOTH},
     "shapes": {
         **{f"/{kind}": {"type": kind, "translate": [3 * n, 0, 0]} for n, kind in enumerate(SOLIDS)},
         "/Mesh": {**TETRAHEDRON, "translate": [-3, 0, 0]},
@@ -100,23 +109,40 @@ WORLDS: Mapping[str, Prims] = {
     "camera": {
         **WALL,
         SENSOR: {"type": "Camera", **PLACED},
-        **{f"/{kind}": {"type": f"{kind}Light"} for kind in ("Distant", "Dome", "Sphere")},
+        **{f"/{kind}": {"type": f"{kind}Light"} for kind in ("Distant", "Dome", "Sphere", "Rect", "Disk", "Cylinder")},
+    },
+    **{
+        f"camera, {lens}": {SENSOR: {"type": "Camera", "schemas": f"OmniLensDistortion{lens}API"}, **WALL}
+        for lens in ("OpenCvPinhole", "OpenCvFisheye", "Ftheta", "KannalaBrandtK3", "RadTanThinPrism")
+    },
+    "curves, points, copies": {
+        "/Curves": {"type": "BasisCurves", "attributes": {"type": "linear", "widths": [0.1], **LINE}},
+        "/Points": {"type": "Points", "attributes": {"points": LINE["points"], "widths": [0.1] * 3}},
+        "/Copies": {"type": "PointInstancer", "attributes": {**COPIES, "positions": LINE["points"]}},
+        "/Copies/Cube": {"type": "Cube", "size": 0.1},
+        SENSOR: {"type": "OmniLidar", "translate": [0, -5, 0]},
     },
 }
+
+
+ROLES = {"/Scene": "scene", "/Stuff": "material", "/Box": "body", "/Revolute": "revolute", "/Prismatic": "prismatic"}
+ROLES |= {"/Cloth": "soft"}
+"""By path, the role of prims in physics whose settings (`SIMULATED`) no schema declares."""
+
+OTHERS = re.compile(r"[eE]nable|disable|locked|flag:|Local|physxMimic|BodyMaterial|selfColl|:fluid")
+"""Settings that are numbers to USD and true or false to physics; those of other prims than the ones here."""
 
 
 def attributes(world: str) -> float:
     """Each float attribute of a world's prims, once with NaN and once with Inf, in a file that is opened and played."""
     with App() as app:
         app.add_prims(WORLDS[world])
-        if (prim := app.stage.GetPrimAtPath(SENSOR)) and prim.GetTypeName() == "OmniLidar":
-            write_config(prim, turning("10"))
-        layer, stage = app.stage.GetRootLayer(), app.stage
-        faults, tried = [], set[str]()
+        complete(app.stage)
+        layer, faults, tried = app.stage.GetRootLayer(), [], set[str]()
         with strict(), tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "scene.usda"
-            for prim in list(stage.Traverse()):
-                for attribute in prim.GetAttributes():
+            for prim in list(app.stage.Traverse()):
+                for attribute in (*prim.GetAttributes(), *undeclared(prim)):
                     name = attribute.GetName()
                     if name in tried or filled(attribute, math.nan) is None:
                         continue
@@ -131,6 +157,31 @@ def attributes(world: str) -> float:
         return none_of(faults)
 
 
+def complete(stage: Any) -> None:
+    """Authors what a graph file cannot say: a lidar's own configuration, a joint that follows another."""
+    if (prim := stage.GetPrimAtPath(SENSOR)) and prim.GetTypeName() == "OmniLidar":
+        write_config(prim, turning("10"))
+    if cloth := stage.GetPrimAtPath("/Cloth"):
+        cloth.AddAppliedSchema("PhysxDeformableSurfaceAPI")
+    if joint := stage.GetPrimAtPath("/Revolute"):
+        joint.AddAppliedSchema("NewtonMimicAPI")
+        joint.CreateRelationship("newton:mimicJoint").SetTargets(["/Prismatic"])
+
+
+def undeclared(prim: Any) -> Iterator[Any]:
+    """The settings of physics that work on a prim of this role, as attributes without a value."""
+    role = ROLES.get(str(prim.GetPath()))
+    for name, roles in SIMULATED.items():
+        if role not in roles or name in RELATIONSHIPS | TOKENS | ARRAYS or OTHERS.search(name):
+            continue
+        if role == "material" and "soft" in roles:  # tried on the cloth itself
+            continue
+        instance = name.replace("*", INSTANCES.get(role, ("",))[0])
+        if not prim.HasProperty(instance):
+            types = Sdf.ValueTypeNames
+            yield prim.CreateAttribute(instance, types.Vector3f if name in VECTORS else types.Float, False)
+
+
 def silent(name: str, value: float) -> bool:
     """Whether an attribute may take the value without a word."""
     return name in CARRIED or (math.isinf(value) and name in UNLIMITED)
@@ -138,7 +189,7 @@ def silent(name: str, value: float) -> bool:
 
 def play(file: Path, path: str, silently: bool) -> None:
     """Plays a scene whose prim has a value that is not finite. Raises ArithmeticError if nothing is said of it."""
-    with App(file, physics_hz=60, loop_hz=60) as app:
+    with App(file, loop_hz=60) as app:
         if prim := app.stage.GetPrimAtPath(SENSOR):
             product = render_product(app, SENSOR, (8, 8))
             kind = sensor_types()[str(prim.GetTypeName())]

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+import tempfile
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from graph.sim import App
 from graph.sim.scene.stage import open_stage
 
 from .case import Case, told
@@ -129,6 +132,20 @@ def orientation(length: float) -> float:
         return worst(app.simulation.tensors.orientations[0], np.array([1, 0, 0, 1]) / math.sqrt(2))
 
 
+def reread(turn: str) -> str:
+    """The warning about a scene's quaternion that USD takes for another rotation than it says."""
+    text = (
+        '#usda 1.0\n(metersPerUnit = 1\n upAxis = "Z")\n'
+        f'def Cube "Box" {{\n quatd xformOp:orient = {turn}\n'
+        ' uniform token[] xformOpOrder = ["xformOp:orient"]\n}\n'
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "scene.usda"
+        file.write_text(text, encoding="utf8")
+        with App(file) as app:
+            return told(app.warnings, "orient-not-unit")
+
+
 def no_rotation(value: float) -> str:
     """The line about a quaternion without direction."""
     return unplayable({"/Box": body(0.5, (0, 0, 0), orient=[value] * 4)})
@@ -186,6 +203,8 @@ CASES = (
     Case(AREA, "a tumble at 1e4 rad/s, 240 Hz", "spin-too-fast", "", "41 rad a step", tumbling, (573_000.0,)),
     Case(AREA, "quaternions of length 1e-30 to 1e200", 1e-12, "", "normalised when they are read", orientation,
          (1e-30, 1e-6, 1.0, 1e6, 1e200)),
+    Case(AREA, "a scene's quaternion of length 2.8, 0, NaN", "orient-not-unit", "",
+         "normalised; USD would take it for another turn", reread, ("(2, 0, 0, 2)", "(0, 0, 0, 0)", "(nan, 0, 0, 0)")),
     Case(AREA, "a quaternion of zeros", "is not a rotation", "", "it has no direction", no_rotation, (0.0,)),
     Case(AREA, "a closed mesh, also inside out", 1e-6, "", "its volume has no sign", shell, (True, False)),
 )  # fmt: skip

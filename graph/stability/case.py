@@ -65,7 +65,7 @@ class Outcome:
 
 def shown(value: float, unit: str) -> str:
     """A value with its unit."""
-    return f"{value:.2g} {unit}".rstrip() if value else "0"
+    return f"{value:.2g} {unit}".rstrip()
 
 
 def _word(value: Any) -> str:

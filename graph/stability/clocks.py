@@ -129,7 +129,7 @@ CASES = (
     Case(AREA, "physics of 1 Hz to 1 MHz in a loop of 1 Hz to 10 kHz", 0.0, "steps", "the carry is a fraction", steps,
          ((1, 60), (1, 10_000), (240, 60), (100_000, 24), (1_000_000, 1))),
     Case(AREA, "the tick after 1e9 steps", 0.0, "ns", "rates are fractions; nothing is added up", billion,
-         ("10", "2997/100", "1000/7", "1000")),
+         ("1/2", "10", "2997/100", "1000/7", "1000")),
     Case(AREA, "a clock message after 2^53 ns and 67 years", 0.0, "ns", "seconds and nanoseconds are integers",
          clock_message, (9_007_199, 9_007_200, 67 * YEAR)),
     Case(AREA, "a clock message after 69 years", "68 years", "", "its seconds are int32", beyond, (69,)),

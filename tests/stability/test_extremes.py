@@ -70,6 +70,11 @@ def test_json_and_markdown_hold_the_same_cells(capsys):
     assert table[2] == f"| {cells} |"
 
 
+def test_options_of_the_cases_without_them_are_refused(capsys):
+    assert main(["doctor", "--slow"]) == 2
+    assert "choose and show the cases of --stability; add it" in capsys.readouterr().err
+
+
 def test_a_text_that_no_case_has_is_refused(capsys):
     assert main(["doctor", "--stability", "--only", "nowhere"]) == 2
     assert "--only nowhere: no case has this in its line" in capsys.readouterr().err

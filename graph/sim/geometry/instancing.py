@@ -178,13 +178,13 @@ def _matrices(instancer: Any, which: Integers, complain: Callable[[str], None]) 
         return None
     out = np.zeros((count, 4, 4))
     out[:, :3, :3] = np.eye(3)
-    if len(turns):
-        length = np.linalg.norm(turns, axis=1, keepdims=True)
-        out[:, :3, :3] = transforms.rotation_matrices(
-            np.where(length > 0, turns, [1, 0, 0, 0]) / np.where(length > 0, length, 1)
-        )
-    if len(scales):
-        out[:, :3, :3] *= scales[:, None, :]
+    with np.errstate(invalid="ignore"):  # `copies_of` reports points that are not finite
+        if len(turns):
+            length = np.linalg.norm(turns, axis=1, keepdims=True)
+            unit = np.where(length == 0, [1, 0, 0, 0], turns) / np.where(length == 0, 1, length)
+            out[:, :3, :3] = transforms.rotation_matrices(unit)
+        if len(scales):
+            out[:, :3, :3] *= scales[:, None, :]
     out[:, :3, 3] = positions
     out[:, 3, 3] = 1
     return out

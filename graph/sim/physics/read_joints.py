@@ -239,7 +239,7 @@ def read_mimics(scan: Scan, joints: tuple[Joint, ...], warn: Warn) -> tuple[Mimi
     singles = {single.path: single for joint in joints for single in joint.singles if single.kind != "spherical"}
     out = []
     for prim in scan.joints:
-        if (found := _mimic_of(prim)) is None:
+        if (found := _mimic_of(prim, warn)) is None:
             continue
         axis, target, leader_axis, offset, ratio = found
         paths = [_dof_path(singles, prim.path, axis), _dof_path(singles, target, leader_axis)]
@@ -255,13 +255,16 @@ def _dof_path(singles: dict[str, Joint], path: str, axis: str) -> str | None:
     return path if path in singles else f"{path}:{axis}" if f"{path}:{axis}" in singles else None
 
 
-def _mimic_of(prim: JointPrim) -> tuple[str, str, str, float, float] | None:
+def _mimic_of(prim: JointPrim, warn: Warn) -> tuple[str, str, str, float, float] | None:
     """Axis, leader, its axis, offset and ratio, in the units of the joints (degrees, stage units)."""
     schemas = applied_schemas(prim.prim)
 
     def number(name: str, default: float) -> float:
         value = value_of(prim.prim, name)
-        return default if value is None or not math.isfinite(value) else float(value)
+        if value is None or math.isfinite(value):
+            return default if value is None else float(value)
+        warn("bad-joint", f"{prim.path}.{name}", f"{name} is {value:g}, not finite; {default:g} is taken")
+        return default
 
     def target(name: str) -> str:
         relationship = prim.prim.GetRelationship(name)

@@ -14,9 +14,9 @@ from graph.sim.geometry.polygons import usable_faces
 from graph.sim.scene.scan import Scan
 from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
-from graph.sim.usd import UsdGeom, UsdPhysics, UsdShade
+from graph.sim.usd import UsdGeom, UsdShade
 
-from .attributes import applied_schemas, authored, kilograms_per_unit, value_of, vector
+from .attributes import applied_schemas, kilograms_per_unit, value_of, vector
 from .materials import PLAIN, Material
 from .model import DEFAULT_DENSITY
 from .soft import Soft
@@ -296,15 +296,16 @@ class _Said:
         """The first authored number above 0, or 0."""
         for prim in self._prims:
             for name in names:
-                value = value_of(prim, name)
-                if value is None:
-                    continue
-                if math.isfinite(value) and value >= 0:
-                    return float(value)
-                self._warn(
-                    "bad-deformable", self.path, f"{name} is {value:g}, not a number from 0; {default:g} is taken"
-                )
+                if (value := self._number(prim, name)) is not None:
+                    return value
         return default
+
+    def _number(self, prim: Any, name: str) -> float | None:
+        value = value_of(prim, name)
+        if value is None or (math.isfinite(value) and value >= 0):
+            return None if value is None else float(value)
+        self._warn("bad-deformable", self.path, f"{name} is {value:g}, not a number from 0; it counts as not written")
+        return None
 
     def length(self, names: tuple[str, ...], default: float) -> float:
         value = self.number(names, 0.0)
@@ -315,12 +316,11 @@ class _Said:
         return value * self._mass / self._unit if value > 0 else default
 
     def density(self, names: tuple[str, ...]) -> float:
-        own = authored(UsdPhysics.MassAPI(self.prim).GetDensityAttr())
-        value = self.number(names, 0.0) if own is None else own
+        value = self._number(self.prim, "physics:density") or self.number(names, 0.0)
         return value * self._mass / self._unit**3 if value > 0 else DEFAULT_DENSITY
 
     def mass(self) -> float | None:
-        value = authored(UsdPhysics.MassAPI(self.prim).GetMassAttr())
+        value = self._number(self.prim, "physics:mass") or None
         if value is None:
             value = self.number((f"{_OMNI}:mass",), 0.0) or None
         return None if value is None else value * self._mass

@@ -87,7 +87,9 @@ def authored_options(scan: Scan, warn: Warn) -> SolverOptions:
         warn("bad-scene-option", path, f"{name} is {value!r}, not {wanted}; it has no effect")
 
     iterations = value_of(scene, "newton:maxSolverIterations")
-    if iterations is not None and iterations > 0:
+    if iterations is not None and not math.isfinite(iterations):
+        complain("newton:maxSolverIterations", iterations, "a number from 1")
+    elif iterations is not None and iterations > 0:
         check("physics.iterations", iterations, f"{path}: newton:maxSolverIterations is {iterations:,}")
         found["iterations"] = int(iterations)
     for f in fields(SolverOptions):
@@ -101,7 +103,10 @@ def authored_options(scan: Scan, warn: Warn) -> SolverOptions:
             else:
                 complain(name, value, f"one of {', '.join(CHOICES[f.name])}")
         elif f.name == "wind":
-            found[f.name] = tuple(map(float, value))
+            if all(map(math.isfinite, value)):
+                found[f.name] = tuple(map(float, value))
+            else:
+                complain(name, tuple(value), "three finite numbers")
         elif f.name in _COUNTS:
             check("physics.iterations", value, f"{path}: {name} is {value:,}")
             if value >= (0 if f.name == "noslip_iterations" else 1):
