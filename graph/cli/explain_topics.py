@@ -2,11 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from graph.evaluate import Node
     from graph.session.open import Session
+    from graph.sim.messages.bus import MessageBus
+
+
+OF_ONE_CAMERA = frozenset(f"sensor_msgs/msg/{name}" for name in ("Image", "CompressedImage", "CameraInfo"))
+"""Message types whose subscribers take a topic for one camera's."""
+
+
+def shared_topics(bus: MessageBus) -> Iterator[tuple[str, str, str]]:
+    """Code, where and message of a warning for each topic on which several nodes publish pictures or lenses."""
+    for topic in bus.topics.values():
+        if topic.type_name in OF_ONE_CAMERA and len(topic.owners) > 1:
+            who = ", ".join(topic.owners)
+            yield (
+                "topic-shared",
+                topic.name,
+                f"{who} publish on it, and a subscriber cannot tell their messages apart; give each a topicName",
+            )
 
 
 def topic_facts(session: Session) -> list[dict[str, Any]]:

@@ -10,7 +10,7 @@ from graph.session.graph_checks import idle_nodes
 from graph.session.link_checks import link_notes, nobody_consumes
 from graph.session.missed_ticks import missed_ticks
 
-from .explain_topics import planned_topics
+from .explain_topics import planned_topics, shared_topics
 from .idle_parts import latent_retriggered, product_not_made
 
 if TYPE_CHECKING:
@@ -38,6 +38,7 @@ def find_traps(
         *link_notes(links),
         *_latent_traps(seen),
         *seen.frames.warnings(app.bus),
+        *shared_topics(app.bus),
     ]
     found += [(one.code, one.where, one.message) for one in app.warnings]
     return list(dict.fromkeys(found))

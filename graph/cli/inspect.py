@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -49,6 +49,7 @@ def run(args: argparse.Namespace) -> int:
     from sensors.channels import CHANNELS
 
     from .run import show_log
+    from .silent_outputs import wired_sensors
 
     if args.updates is not None and args.updates < 1:
         raise UserError(f"--updates {args.updates}: give a number of updates above 0")
@@ -63,7 +64,8 @@ def run(args: argparse.Namespace) -> int:
         on_error="continue",
     )
     with session.app as app:
-        told = inspect(session, find_sensor(app, args.sensor), aux=args.aux, updates=args.updates)
+        named = wired_sensors(app, session.runner)
+        told = inspect(session, find_sensor(app, args.sensor, named), aux=args.aux, updates=args.updates)
         told = {"file": str(args.file), **told}
         warnings = [(warning.code, warning.where, warning.message) for warning in app.warnings]
     if args.json:
@@ -79,8 +81,11 @@ def run(args: argparse.Namespace) -> int:
 _WARNING = ("code", "where", "message")
 
 
-def find_sensor(app: App, path: str | None) -> str:
-    """The path of the sensor. Raises UserError, with the sensors of the stage, for a prim that is not a sensor."""
+def find_sensor(app: App, path: str | None, named: Iterable[str] = ()) -> str:
+    """The path of the sensor: the given one, else the only one of the stage or of those that nodes name.
+
+    Raises UserError, with the sensors of the stage, for a prim that is not a sensor.
+    """
     from graph.base.suggest import did_you_mean
     from graph.sim.usd import Usd
     from sensors.products import sensor_problem
@@ -88,8 +93,10 @@ def find_sensor(app: App, path: str | None) -> str:
     prims = [str(prim.GetPath()) for prim in app.stage.Traverse(Usd.TraverseInstanceProxies())]
     sensors = [prim for prim in prims if sensor_problem(app.stage, prim) is None]
     if path is None:
-        if len(sensors) == 1:
-            return sensors[0]
+        used = [one for one in dict.fromkeys(named) if one in sensors]
+        for only in (sensors, used):
+            if len(only) == 1:
+                return only[0]
         there = f"it has {', '.join(sensors)}; choose with --sensor" if sensors else "it has none that can be rendered"
         raise UserError(f"which sensor of the scene? {there}")
     if path in sensors:

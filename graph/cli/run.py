@@ -109,6 +109,7 @@ def run(args: argparse.Namespace) -> int:
     from sensors.writers.preview import Previews
 
     from .explain_clocks import MOST_PLANNED_UPDATES, plan_updates
+    from .explain_topics import shared_topics
     from .explain_traps import clock_traps
     from .frames import FrameSink
     from .idle_parts import idle_in_run
@@ -193,7 +194,7 @@ def run(args: argparse.Namespace) -> int:
                 missed = [*missed_in_run(app)]
                 for warning in (*missed, *idle_in_run(app, session.runner)):
                     app.warn(*warning)
-                for warning in frames.warnings(app.bus):
+                for warning in (*frames.warnings(app.bus), *shared_topics(app.bus)):
                     app.warn(*warning)
                 report = build_report(app, session.runner, counter, time.perf_counter() - started, live, meter)
         except RunError as error:  # raised while the recording was finished

@@ -104,6 +104,7 @@ def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
     },
     memory=CameraPublisher,
     release=detach,
+    message_type=lambda db: MESSAGES[db.inputs.type].type_name if db.inputs.type in MESSAGES else "",
 )
 def camera_helper(db: Database) -> bool:
     """Publish every frame of a camera's render product, as an image, a cloud, or detections.

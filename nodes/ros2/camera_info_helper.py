@@ -61,6 +61,7 @@ class _PairPublisher(CameraPublisher):
     },
     memory=_PairPublisher,
     release=detach,
+    message_type=lambda db: CAMERA_INFO,
 )
 def camera_info_helper(db: Database) -> bool:
     """Publish `sensor_msgs/CameraInfo` with every frame of a camera, or of both cameras of a stereo pair.

@@ -81,6 +81,7 @@ def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
     },
     memory=_Attached,
     release=_detach,
+    message_type=lambda db: POINT_CLOUD,
 )
 def rtx_radar_helper(db: Database) -> bool:
     """Publish the detections of every frame of a radar's render product as PointCloud2.

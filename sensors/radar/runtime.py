@@ -31,7 +31,7 @@ from sensors.runtime import Measurement, SensorRuntime
 from .antenna import Antenna
 from .config import MOST_BOUNCES, RadarConfig, ScanConfig
 from .cube import Cube, Grid, as_chirps_give, merged
-from .detector import Detections, detections, limits
+from .detector import MOST_DETECTIONS, Detections, detections, limits
 from .images import Twists
 from .materials import Reflections
 from .names import PRIM_TYPE
@@ -155,6 +155,13 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
             four=self.config.cfar_mode == "4D",
             peaks=scan.waveform,
         )
+        if len(found.rcs) == MOST_DETECTIONS:
+            self._app.warn(
+                "radar-frame-full",
+                self.path,
+                f"a frame holds the {MOST_DETECTIONS:,} strongest detections, the others are lost; raise cfarOffset, "
+                "cfarMinVal or the first of rcsTuningCoefficients",
+            )
         return Measurement(self._arrays(found, scan, tick), len(found.rcs) if self.requested() else 0, facts=facts)
 
     def cube(self, tick: Tick, number: int = 0, cycle: int = 0) -> Cube:

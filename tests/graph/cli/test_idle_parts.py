@@ -105,3 +105,31 @@ def test_a_sensor_that_nothing_reads_is_not_said_to_have_seen_nothing(folder, gr
     assert "nobody-consumes" in {one["code"] for one in report["warnings"]}
     assert "sensor-saw-nothing" not in {one["code"] for one in report["warnings"]}
     assert not [line for line in report["silent"] if line.startswith("sensor")]
+
+
+CAMERAS = """\
+tickgraph: 1
+scene:
+  prims:
+    /World/Camera: {{type: Camera, rotate: [90, 0, -90]}}
+graphs:
+  /World/G:
+    nodes:
+      tick: OnPlaybackTick
+      product: {{type: IsaacCreateRenderProduct, inputs: {{cameraPrim: /World/Camera, width: 8, height: 6}}}}
+      near: {{type: ROS2CameraHelper, inputs: {{type: depth}}}}
+      ids: {{type: ROS2CameraHelper, inputs: {{type: instance_segmentation{topic}}}}}
+    connections:
+      - tick.tick -> product.execIn
+      - product.execOut -> [near.execIn, ids.execIn]
+      - product.renderProductPath -> [near.renderProductPath, ids.renderProductPath]
+"""
+
+
+@pytest.mark.parametrize("command", ["run", "explain"])
+def test_pictures_of_two_nodes_on_one_topic_are_reported(told, command):
+    """The default topic of every type is rgb."""
+    updates = ["--updates", "2"] if command == "run" else []
+    found = told(CAMERAS.format(topic=""), command, *updates)
+    assert found["topic-shared", "/rgb"].startswith("/World/G/near, /World/G/ids publish on it")
+    assert not told(CAMERAS.format(topic=", topicName: ids"), command, *updates)

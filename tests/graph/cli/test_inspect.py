@@ -126,6 +126,16 @@ def test_a_scene_with_several_sensors_or_none_asks_which(folder, graph):
     assert "it has none that can be rendered" in graph("inspect", "none.yaml").err
 
 
+def test_of_several_sensors_it_takes_the_only_one_that_a_node_names(folder, graph):
+    nodes = "{tick: OnPlaybackTick, p: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Lidar}}}"
+    (folder / "two.yaml").write_text(
+        ROOM.replace("clock:", "    /World/Other: {type: OmniLidar}\nclock:")
+        + f"graphs:\n  /World/G: {{nodes: {nodes}, connections: [tick.tick -> p.execIn]}}\n"
+    )
+
+    assert graph("inspect", "two.yaml").out.startswith("two.yaml: /World/Lidar, frame 0")
+
+
 ROBOT = """\
 #usda 1.0
 (

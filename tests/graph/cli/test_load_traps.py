@@ -74,6 +74,14 @@ def test_two_message_types_on_one_topic_are_reported(command, warnings):
     assert ("topic-of-two-types", "/points") not in warnings(nodes=nodes.replace("/points", "clock"), wires=wires)
 
 
+@pytest.mark.parametrize(("kind", "sent"), [("depth", "Image"), ("rgb", "Image"), ("bbox_3d", "Detection3DArray")])
+def test_the_message_of_a_camera_helper_is_known_before_the_run(warnings, kind, sent):
+    nodes = f"camera: {{type: ROS2CameraHelper, inputs: {{type: {kind}, topicName: /points}}}}"
+    told = warnings(nodes=nodes, wires="- tick.tick -> camera.execIn")
+    package = "vision_msgs" if "Array" in sent else "sensor_msgs"
+    assert f"/World/Graph/camera sends {package}/msg/{sent}" in told["topic-of-two-types", "/points"]
+
+
 def test_a_node_that_nothing_starts_is_reported(warnings):
     assert set(warnings(nodes="wait: Countdown")) == {("node-never-runs", "a.yaml:14:7")}
 

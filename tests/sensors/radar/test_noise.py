@@ -26,6 +26,14 @@ def test_false_alarms_come_as_often_as_the_formula_says():
         assert product.frame.count == pytest.approx(1000, abs=160)
 
 
+def test_a_frame_that_is_full_says_so():
+    """At 1e-2 ten thousand cells of the million are detected."""
+    with radar_world({}, {**MILLION, f"{SCAN}cfarOffset": threshold_factor(16, 1e-2)}) as (app, product):
+        app.update()
+        assert product.frame.count == 2500
+        assert "radar-frame-full" in {one.code for one in app.warnings}
+
+
 def test_without_noise_there_are_no_false_alarms():
     with radar_world(plate(0.1, 20.0)) as (app, product):
         app.update(steps=5)
