@@ -39,10 +39,10 @@ def added(
     key = which.astype(np.uint64)
     for width, offset in zip(widths[:2], away[:2], strict=True):
         key = _joined(key, np.rint(offset / width))
-    row = np.arange(len(field))
+    row: np.ndarray | None = None  # None: one after the other
     for width, offset in zip(widths[2:], away[2:], strict=True):
-        size = np.maximum(width, ZONES * found.zone[row])
-        key, row, field = _shared(key, row, field, offset[row] / size)
+        size = np.maximum(np.float32(width), np.float32(ZONES) * found.zone)
+        key, row, field = _shared(key, row, field, offset / size)
     groups = Groups(key)
     which = groups.which
     real, imaginary = groups.sum(field.real), groups.sum(field.imag)
@@ -51,7 +51,8 @@ def added(
     power = field.real**2 + field.imag**2
     share = field.real * np.take(real, which) + field.imag * np.take(imaginary, which)
     share /= np.take(np.maximum(squared, 1e-300), which)
-    values = [each if each.strides[0] == 0 else each[row] for each in values]
+    if row is not None:
+        values = [each if each.strides[0] == 0 else np.take(each, row) for each in values]
     means = groups.means(values, power, groups.sum(power))
     for width, one, mean in zip(widths, values, means, strict=True):
         if one.strides[0]:
@@ -61,24 +62,36 @@ def added(
 
 
 def _shared(
-    key: np.ndarray, row: np.ndarray, field: np.ndarray, place: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Fields by whole places; what lies far from one goes to both neighbours, with weights that add up to 1."""
+    key: np.ndarray, row: np.ndarray | None, field: np.ndarray, place: np.ndarray
+) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
+    """Fields by whole places; what lies far from one goes to both neighbours, with weights that add up to 1.
+
+    row: of each, in `place`; None: one after the other.
+    """
+    if row is not None:
+        place = np.take(place, row)
     whole = np.rint(place)
     off = place - whole
     some = np.flatnonzero(np.abs(off) > FLAT_TOP)
+    if not len(some):
+        return _joined(key, whole), row, field
     beside = np.clip((np.abs(off[some]) - FLAT_TOP) / (1.0 - 2.0 * FLAT_TOP), 0.0, 0.5)
     weight = np.sin(np.pi / 2 * beside) ** 2
     given = field[some] * weight.astype(np.float32)
     kept = field.copy()
     kept[some] -= given
+    shared = some if row is None else row[some]
+    places = np.concatenate((whole, whole[some] + np.sign(off[some])))
     return (
-        np.concatenate((_joined(key, whole), _joined(key[some], whole[some] + np.sign(off[some])))),
-        np.concatenate((row, row[some])),
+        _joined(np.concatenate((key, key[some])), places),
+        np.concatenate((np.arange(len(field)) if row is None else row, shared)),
         np.concatenate((kept, given)),
     )
 
 
 def _joined(key: np.ndarray, number: np.ndarray) -> np.ndarray:
-    key = (key ^ number.astype(np.int64).astype(np.uint64)) * _MIX
+    """Keys of what has equal keys and equal whole numbers; the keys themselves where all numbers are 0."""
+    if not number.any():
+        return key
+    key = (key ^ number.astype(np.int64).view(np.uint64)) * _MIX
     return np.asarray(key ^ (key >> np.uint64(29)))

@@ -56,7 +56,9 @@ class Arrivals:
     @classmethod
     def together(cls, parts: list[Arrivals]) -> Arrivals:
         """Several of the same bounce and kind as one."""
-        names = [one.name for one in fields(cls) if one.name not in ("angle", "bounces")]
+        if len(parts) == 1:
+            return parts[0]
+        names = [one.name for one in fields(cls) if isinstance(getattr(parts[0], one.name), np.ndarray)]
         columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
         return cls(**columns, bounces=parts[0].bounces)
 

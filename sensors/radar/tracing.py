@@ -89,16 +89,16 @@ class Tracer:
     def _first(self, tubes: Tubes, piece: tuple[Beam, slice]) -> _Block:
         setting, beam = self.setting, piece[0]
         seen = lit(setting, *piece)
-        parts = [scattered(setting, tubes, beam, seen)] if setting.reflections.scatters else []
+        back = [scattered(setting, tubes, beam, seen)] if setting.reflections.scatters else []
 
         def met(rows: np.ndarray) -> Met:
             waves = first_waves(setting, tubes, rows + seen.tubes.start)
             return meet(setting, waves, beam.hits, rows + seen.part.start, np.take(seen.plane, rows))
 
-        parts += curved(setting, tubes, met(bent(setting, seen)))
+        spread = curved(setting, tubes, met(bent(setting, seen)))
         fields = list(flat(setting, tubes, met(mirrors(setting, tubes, seen))))
         on = reflected(setting, met(leading(setting, tubes, seen))) if setting.bounces > 1 else None
-        return _Block(self._summed(1, parts), fields, on)
+        return _Block([*self._summed(1, back), *self._summed(1, spread)], fields, on)
 
     def _met(
         self, tubes: Tubes, bounce: int, waves: Waves, hits: Any, row: np.ndarray
@@ -126,8 +126,9 @@ class Tracer:
         return _Block(self._summed(bounce, parts), fields, on)
 
     def _summed(self, bounce: int, found: Iterable[Arrivals]) -> list[Part]:
-        parts = []
-        for one in found:
-            one.bounces = bounce
-            parts.append(summed(self.grid, one))
-        return parts
+        parts = [one for one in found if len(one.power)]
+        if not parts:
+            return []
+        one = Arrivals.together(parts)
+        one.bounces = bounce
+        return [summed(self.grid, one)]
