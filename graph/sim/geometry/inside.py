@@ -24,9 +24,6 @@ ON_FACE = 1e-6
 on its mount.
 """
 
-MOST_FREE = 3
-"""Of the six directions along the axes: with more that meet no triangle, a point cannot be three quarters enclosed."""
-
 
 def shapes_around(stage: Any, prims: Sequence[Any], excludes: Sequence[Iterable[str]]) -> list[list[str]]:
     """For each prim, the paths of the visible shapes that contain its origin, in their initial poses.
@@ -45,11 +42,14 @@ def shapes_around(stage: Any, prims: Sequence[Any], excludes: Sequence[Iterable[
         if extent is None:
             continue
         to_local = poses.GetLocalToWorldTransform(shape).GetInverse()
+        near: list[tuple[Any, list[str]]] = []
         for place, passed, around in zip(places, excluded, found, strict=True):
             local = to_local.Transform(place)
-            if not extent.Contains(local) or f"{path}/".startswith(passed):
-                continue
-            if winding_number(shape, np.array(local)) > WOUND:
+            if extent.Contains(local) and not f"{path}/".startswith(passed):
+                near.append((local, around))
+        wound = winding_numbers(shape, np.array([local for local, _ in near])) if near else ()
+        for (_, around), number in zip(near, wound, strict=True):
+            if number > WOUND:
                 around.append(path)
     return found
 
@@ -63,9 +63,9 @@ def _extent(shape: Any) -> Any:
     return Gf.Range3d(*map(Gf.Vec3d, extent)) if extent is not None and len(extent) == 2 else None
 
 
-def winding_number(shape: Any, point: Floats) -> float:
-    """The winding number of a gprim's surface about a point of its own space. 1 inside, 0 outside, -1 inside out, half
-    of it on a face; 0 also where the view along most axes is free, which a quicker test finds.
+def winding_numbers(shape: Any, points: Floats) -> Floats:
+    """(n,) the winding numbers of a gprim's surface about points (n, 3) of its own space. 1 inside, 0 outside, -1
+    inside out, half of it on a face.
 
     The sum of the solid angles of its triangles over 4 pi; A. Van Oosterom, J. Strackee, "The Solid Angle of a Plane
     Triangle", 1983.
@@ -74,25 +74,27 @@ def winding_number(shape: Any, point: Floats) -> float:
     size = float(np.ptp(np.array(extent, np.float64), axis=0).max())
     surface = surface_of(shape, TOLERANCE * size, lambda problem: None)
     if surface is None:
-        return 0.0
-    places = np.asarray(surface.vertices, np.float64) - point
-    if _free_directions(places, surface.triangles) > MOST_FREE:
-        return 0.0
-    a, b, c = (places[surface.triangles[:, corner]] for corner in range(3))
-    x, y, z = (np.linalg.norm(corner, axis=1) for corner in (a, b, c))
-    volume = np.einsum("ij,ij->i", a, np.cross(b, c))
-    flat = x * y * z + (a * b).sum(1) * z + (b * c).sum(1) * x + (c * a).sum(1) * y
-    off = np.abs(volume) > ON_FACE * size * np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    return float(np.arctan2(volume, flat)[off].sum() / (2 * np.pi))
+        return np.zeros(len(points))
+    vertices, triangles = np.asarray(surface.vertices, np.float64).T, surface.triangles.T
+    corners = [vertices[:, corner] for corner in triangles]
+    normal = _cross(corners[1] - corners[0], corners[2] - corners[0])
+    thin = ON_FACE * size * np.sqrt(_dot(normal, normal))
+    found = []
+    for point in points:
+        a, b, c = (corner - point[:, None] for corner in corners)
+        distance = np.sqrt(((vertices - point[:, None]) ** 2).sum(axis=0))
+        x, y, z = (distance[corner] for corner in triangles)
+        volume = _dot(a, normal)
+        flat = x * y * z + _dot(a, b) * z + _dot(b, c) * x + _dot(c, a) * y
+        off = np.abs(volume) > thin
+        found.append(np.arctan2(volume[off], flat[off]).sum() / (2 * np.pi))
+    return np.array(found)
 
 
-def _free_directions(places: Floats, triangles: Any) -> int:
-    """How many of the six rays along the axes meet the bounds of no triangle; places (V, 3) about their origin."""
-    above = (places >= 0)[triangles].sum(axis=1, dtype=np.uint8)  # of the corners of each triangle, by axis
-    across = (above > 0) & (above < 3)
-    free = 0
-    for axis in range(3):
-        met = above[across[:, axis - 1] & across[:, axis - 2], axis]
-        free += not (met > 0).any()
-        free += not (met < 3).any()
-    return free
+def _cross(a: Floats, b: Floats) -> Floats:
+    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
+def _dot(a: Floats, b: Floats) -> Floats:
+    out: Floats = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    return out

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from graph.sim.geometry.inside import shapes_around, winding_number
+from graph.sim.geometry.inside import shapes_around, winding_numbers
 from graph.sim.scene.prims import author_prims
 from graph.sim.scene.stage import open_stage
 
@@ -60,7 +60,6 @@ def test_the_winding_number_is_1_inside_minus_1_inside_out_and_a_half_on_a_face(
         },
     )
     box, room = (stage.GetPrimAtPath(path) for path in ("/Box", "/Room"))
-    assert winding_number(box, np.array([0.3, -0.2, 0.9])) == pytest.approx(1, abs=1e-9)
-    assert winding_number(box, np.array([0.3, -0.2, 1.1])) == pytest.approx(0, abs=1e-9)
-    assert winding_number(room, np.array([0.3, -0.2, 0.9])) == pytest.approx(-1, abs=1e-9)
-    assert winding_number(box, np.array([0.3, -0.2, 1.0])) == pytest.approx(0.5, abs=1e-6)  # half the sky
+    places = np.array([[0.3, -0.2, 0.9], [0.3, -0.2, 1.1], [0.3, -0.2, 1.0]])  # inside, outside, half the sky
+    assert winding_numbers(box, places) == pytest.approx([1, 0, 0.5], abs=1e-9)
+    assert winding_numbers(room, places) == pytest.approx([-1, 0, -0.5], abs=1e-9)
