@@ -1,4 +1,4 @@
-"""Pauses Python's garbage collector while a large graph is built."""
+"""Pauses Python's garbage collector while much is built or imported."""
 
 from __future__ import annotations
 

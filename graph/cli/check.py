@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import Mark, Problem, UserError
+from graph.base.gc_pause import collector_paused
 
 from .arguments import add_allow, add_nodes, add_skip_outside
 from .printing import counted, note_line, problem_line, say, say_json, tell
@@ -99,6 +100,7 @@ def run(args: argparse.Namespace) -> int:
     return 2 if any(one.problems for one in checked) else 0
 
 
+@collector_paused()
 def check(
     file: str,
     *,

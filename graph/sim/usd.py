@@ -6,9 +6,14 @@ Import it inside functions, or from modules that are themselves imported late: i
 
 from __future__ import annotations
 
+from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from pxr import Ar, Gf, Pcp, Plug, Sdf, Tf, Usd, UsdGeom, UsdLux, UsdPhysics, UsdRender, UsdShade, UsdUtils, Vt  # noqa: TID253
+from pxr import Ar, Gf, Pcp, Plug, Sdf, Tf, Usd, UsdGeom, UsdPhysics, UsdRender, UsdShade, UsdUtils, Vt  # noqa: TID253
+
+if TYPE_CHECKING:
+    from pxr import UsdLux
 
 __all__ = [
     "Ar",
@@ -34,3 +39,10 @@ Plug.Registry().RegisterPlugins(str(SCHEMAS))
 
 EARLIEST = Usd.TimeCode.EarliestTime()
 """The time at which scenes are read: authored defaults, or the first sample of values that are only animated."""
+
+
+def __getattr__(name: str) -> Any:
+    """`UsdLux`, which only pictures need, at its first use."""
+    if name != "UsdLux":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return import_module("pxr.UsdLux")
