@@ -44,8 +44,8 @@ def measure(quick: bool) -> Iterator[Row]:
     for count in (1, 16):
         more = nothing_dynamic(count, rounds) - empty
         yield Row(f"what {count} frozen sensor(s) not due add", more, 5.0 * count, "us")
-    yield Row("App.update of 20 balls on a ground / its mj_steps", against_raw_steps(balls(), rounds), 1.3)
-    yield Row("App.update of the yard / its mj_steps", against_raw_steps(YARD, rounds), 1.3)
+    yield Row("App.update of 20 balls on a ground / its mj_steps", against_raw_steps(balls(), rounds), 1.2)
+    yield Row("App.update of the yard / its mj_steps", against_raw_steps(YARD, rounds), 1.2)
 
 
 def nothing_dynamic(sensors: int, rounds: int, updates: int = 2000) -> float:

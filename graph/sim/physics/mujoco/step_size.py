@@ -28,6 +28,9 @@ LOST = 0.01
 
 MOST_HZ = 1e9
 
+_FOLLOWING, _LAST = [1, 2, 0], [2, 0, 1]
+"""The two axes after each one."""
+
 
 def holds(integrator: int, step: float, *, stiffness: float, damping: float) -> bool:
     """Whether an explicit integrator with this step [s] holds a drive (gains divided by the inertia it moves).
@@ -117,14 +120,17 @@ class Tumbling:
             if np.ptp(inertia) > 0.01 * inertia.max():
                 found.append((body, free, int(model.jnt_dofadr[joint]) + (3 if free else 0), inertia, axes))
         self.bodies = [each[0] for each in found]
-        self._free = np.array([each[1] for each in found], dtype=np.bool_)
+        at_free = np.array([each[1] for each in found], dtype=np.bool_)
         self._dofs = np.array([each[2] for each in found], dtype=np.intp)[:, None] + np.arange(3)
         self._inertia: Floats = np.array([each[3] for each in found]).reshape(-1, 3)
-        self._axes: Floats = np.array([each[4] for each in found]).reshape(-1, 3, 3)
-        following, last = np.roll(self._inertia, -1, axis=1), np.roll(self._inertia, -2, axis=1)
+        self._to_axes: Floats = np.array([each[4].T for each in found]).reshape(-1, 3, 3)
+        following, last = self._inertia[:, _FOLLOWING], self._inertia[:, _LAST]
         spread = (self._inertia - following) * (self._inertia - last)
         self._wobble = np.abs(spread) / np.maximum(following * last, 1e-300)
-        self._most = max(0.08, float(self._wobble.max(initial=0.0)) / 2)
+        self._twist = last - following
+        integrator = int(model.opt.integrator)
+        self._grows = (integrator == EULER) | (~at_free & (integrator not in (RK4, IMPLICIT)))
+        self._most = np.where(self._grows, self._wobble.max(axis=1, initial=0.0) / 2, 0.08)
 
     def slow(self, model: Any, data: Any) -> bool:
         """Whether all turn so slowly that none can lose or gain more than `LOST`: a bound that costs little.
@@ -132,19 +138,18 @@ class Tumbling:
         In a step dt at a turn rate w, |w x L| <= w |L|, and so g <= w dt; with rk4, g^6 / 1000 is less still.
         """
         rates = data.qvel[self._dofs]
-        return bool((rates * rates).sum(axis=1).max() * self._most * float(model.opt.timestep) <= LOST)
+        return bool(((rates * rates).sum(axis=1) * self._most).max() * float(model.opt.timestep) <= LOST)
 
     def worst(self, model: Any, data: Any) -> Wobble:
         """The body that loses or gains most in the present state."""
         dt, integrator = float(model.opt.timestep), int(model.opt.integrator)
-        rates = np.einsum("bji,bj->bi", self._axes, data.qvel[self._dofs])
+        rates = (self._to_axes @ data.qvel[self._dofs][..., None])[..., 0]
         momentum = rates * self._inertia
-        g = dt * np.linalg.norm(np.cross(rates, momentum), axis=1)
-        g /= np.maximum(np.linalg.norm(momentum, axis=1), 1e-300)
-        lost = (g**6 / 1000 if integrator == RK4 else 0.08 * g * g) / dt
+        torque = rates[:, _FOLLOWING] * rates[:, _LAST] * self._twist  # w x J w; the calls of numpy are what costs here
+        g2 = dt * dt * (torque * torque).sum(axis=1) / np.maximum((momentum * momentum).sum(axis=1), 1e-300)
+        lost = (g2**3 / 1000 if integrator == RK4 else 0.08 * g2) / dt
         grown = (self._wobble * rates * rates).max(axis=1) * dt / 2
-        grows = np.full(len(g), integrator == EULER) | (~self._free & (integrator not in (RK4, IMPLICIT)))
-        share = np.where(grows, grown, lost)
+        share = np.where(self._grows, grown, lost)
         row = int(np.argmax(share))
         turn = float(np.linalg.norm(rates[row])) * dt
-        return Wobble(self.bodies[row], turn, float(share[row]), bool(grows[row]))
+        return Wobble(self.bodies[row], turn, float(share[row]), bool(self._grows[row]))
