@@ -11,6 +11,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from graph.base.errors import UserError
+from graph.sim.scene.stage import ignore_warning
+
 from .raycast.shared import cast_world, present_app
 
 if TYPE_CHECKING:
@@ -26,7 +29,15 @@ def compute_everything(app: App) -> None:
     weak = weakref.ref(app)
 
     def build() -> None:
-        cast_world(present_app(weak)).static_scene(np.zeros(3), frozenset())
+        app = present_app(weak)
+        warn, app.world.warn = app.world.warn, ignore_warning
+        try:
+            cast_world(app).static_scene(np.zeros(3), frozenset())
+        except UserError:
+            pass  # a sensor that casts rays at it refuses it
+        finally:
+            app.world.warn = warn
+            app.forget_geometry()  # a sensor that casts rays at it gives the warnings
 
     def copy_poses() -> None:
         present_app(weak).fabric.capture()

@@ -69,6 +69,8 @@ class SensorRuntime(ABC, Generic[Config]):
     latency = Fraction(0)
     reach = math.inf
     """Beyond this distance from it [m] nothing counts."""
+    only_on_request: ClassVar[frozenset[str]] = frozenset()
+    """Channels that are not computed without a request even where pruning is off: they read, and tell of, more."""
     wants_updates = False
     coords = "NOT_APPLICABLE"
 
@@ -253,10 +255,13 @@ class SensorRuntime(ABC, Generic[Config]):
         self.demand.release(owner)
 
     def channels(self) -> frozenset[str]:
-        """The channels to compute: the requested ones; without pruning all that the sensor measures."""
+        """The channels to compute: the requested ones; without pruning the others too, but those of `only_on_request`
+        and of settings.
+        """
         if self._app.prune:
             return self.requested()
-        return self.requested().union(channel.name for channel in self.kind.channels if not channel.setting)
+        others = {channel.name for channel in self.kind.channels if not channel.setting} - self.only_on_request
+        return self.requested() | others
 
     def requested(self) -> frozenset[str]:
         """The union of all requests, except channels that the aux level or a setting excludes: what a frame holds."""

@@ -198,7 +198,8 @@ def test_a_standing_scene_is_built_once_for_all_sensors_and_apps_of_a_process(fi
             app.play()
             app.update(steps=6)
             clouds.append(sink["/points"][0].cdr())
-        assert (triangles.built() - before, triangles.alive() - alive) == (2, 2)
+        # One for the first two. The third builds its own: at play, dropped, and for its sensors.
+        assert (triangles.built() - before, triangles.alive() - alive) == (1 + 2, 1 + 1)
         assert cast_world(first) is not cast_world(second)
     assert len(set(clouds)) == 1
     del first, second, own, app
@@ -248,6 +249,7 @@ FILES = st.fixed_dictionaries(
         "sensors": st.lists(PLACED, max_size=2),
         "ground": st.booleans(),
         "clock": st.booleans(),
+        "options": st.sampled_from([(), ("--preview", "10")]),
         "motion": st.sampled_from(["frozen", "update", "continuous"]),
         "knobs": st.fixed_dictionaries(
             {}, optional={"lidar.noise": st.just("on"), "mesh.solids": st.just("mesh"), "fabric": st.just("off")}
@@ -307,7 +309,7 @@ TIMES = ("wall_time_s", "real_time_factor", "timing_s")
 def written(file, *options):
     """Exit code and files of a run of 0.3 s, the report without the times of the machine."""
     with tempfile.TemporaryDirectory() as out:
-        code = main(["run", str(file), "--duration", "0.3", "--out", out, "--preview", "10", *options])
+        code = main(["run", str(file), "--duration", "0.3", "--out", out, *options])
         files = {str(path.relative_to(out)): path.read_bytes() for path in Path(out).rglob("*") if path.is_file()}
     report = json.loads(files.pop("report.json"))
     return code, {name: told for name, told in report.items() if name not in TIMES}, files
@@ -318,8 +320,29 @@ def written(file, *options):
 def test_without_pruning_a_run_writes_the_same_bytes(tmp_path, capsys, drawn):
     file = tmp_path / "a.json"
     file.write_text(json.dumps(graph_file(drawn)))
-    pruned, whole = written(file), written(file, "--no-prune")
+    pruned, whole = written(file, *drawn["options"]), written(file, "--no-prune", *drawn["options"])
     said = capsys.readouterr()
     assert pruned[0] == 0, said.err
     assert not drawn["clock"] or "run.mcap" in pruned[2]
+    assert pruned == whole
+
+
+TOLD = {
+    "/World/Huge": {"type": "Cube", "scale": [1e12, 1e12, 1e12], "collision": False},
+    "/World/Light": {"type": "Cube", "attributes": {"physics:mass": -1.0}, "schemas": ["PhysicsMassAPI"]},
+}
+"""`odd-scale` where rays are cast, `bad-mass` where physics is built."""
+CAMERA = {"type": "Camera", "made": True, "published": True, "carried": False, "aux": "NONE"}
+
+
+@pytest.mark.parametrize("sensors", [[], [CAMERA]])
+def test_of_what_only_a_run_without_pruning_computes_nothing_is_told(tmp_path, sensors):
+    """Physics of what stands still, rays without a sensor, pictures without a light that nobody looks at."""
+    drawn = {"solids": [], "sensors": sensors, "ground": True, "clock": True, "motion": "frozen", "knobs": {}}
+    data = graph_file(drawn | {"rates": {"physics_hz": 60, "loop_hz": 60}})
+    data["scene"]["prims"].update(TOLD)
+    file = tmp_path / "a.json"
+    file.write_text(json.dumps(data))
+    pruned, whole = written(file), written(file, "--no-prune")
+    assert (pruned[0], len(pruned[2]["run.mcap"]) > 0) == (0, True)
     assert pruned == whole

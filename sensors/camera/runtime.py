@@ -56,6 +56,7 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
 
     type_name = PRIM_TYPE
     side_axis = 0
+    only_on_request = LIT
     group: TileGroup | None = None
     """The cameras with which it looks together."""
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from graph.base.errors import UserError
 from graph.sim.scene.stage import Warn, ignore_warning
 
 if TYPE_CHECKING:
@@ -74,16 +75,25 @@ def build_physics(
         mjcf.settle(warn)
     scan = scan or scan_stage(stage)
     moves = scan.dynamic or (mjcf is not None and mjcf.moves)
-    if prune and not moves and not scan.soft:
+    required = moves or bool(scan.soft)
+    if prune and not required:
         return None
     from .read_forces import start_surfaces
     from .read_world import read_world
     from .start_checks import tell_start
 
-    world = read_world(scan, warn)
-    if prune and not moves and not world.softs:
+    try:
+        world = read_world(scan, warn if required else ignore_warning)
+        required = moves or bool(world.softs)
+        if not required:
+            if prune:
+                return None
+            warn = ignore_warning  # whatever it complains about, nothing requires it
+        physics = engine(world, dt, meters_per_unit=scan.meters_per_unit, fidelity=fidelity, warn=warn, mjcf=mjcf)
+        start_surfaces(physics, warn)
+        tell_start(physics, warn)
+    except UserError:
+        if required:
+            raise
         return None
-    physics = engine(world, dt, meters_per_unit=scan.meters_per_unit, fidelity=fidelity, warn=warn, mjcf=mjcf)
-    start_surfaces(physics, warn)
-    tell_start(physics, warn)
     return physics
