@@ -196,27 +196,28 @@ def _within(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, np
 
 
 def _box(start: np.ndarray, ahead: np.ndarray, sizes: np.ndarray | None) -> Span:
-    enter, leave = _slab(start, ahead)
-    return np.asarray(enter.max(axis=0)), np.asarray(leave.min(axis=0))
+    before, leave = _slab(start, ahead)
+    return -before.min(axis=0), np.asarray(leave.min(axis=0))
 
 
-def _slab(start: np.ndarray, ahead: np.ndarray, half: np.ndarray | float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-    """From where to where |start + t ahead| <= half (Kay and Kajiya 1986)."""
+def _slab(start: np.ndarray, ahead: np.ndarray, half: np.ndarray | None = None) -> Span:
+    """From minus where to where |start + t ahead| <= half, or 1 (Kay and Kajiya 1986)."""
     middle = ahead + 1e-300  # a ray along a slab is never, or always, within it
     np.divide(1.0, middle, out=middle)
     span = np.abs(middle)
-    span *= half
+    if half is not None:
+        span *= half
     middle *= start  # less than 0 where the ray comes to the middle of the slab
     leave = span - middle
     middle += span
-    return np.negative(middle, out=middle), leave
+    return middle, leave
 
 
 def _cylinder(start: np.ndarray, ahead: np.ndarray, sizes: np.ndarray | None) -> Span:
     (x, y, z), (u, v, w) = start, ahead
     enter, leave = _within(u * u + v * v + 1e-300, x * u + y * v, x * x + y * y - 1.0)
-    first, last = _slab(z, w)
-    return np.maximum(enter, first), np.minimum(leave, last)
+    before, last = _slab(z, w)
+    return np.maximum(enter, -before), np.minimum(leave, last)
 
 
 def _quadratic(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -250,7 +251,7 @@ def _capsule(start: np.ndarray, ahead: np.ndarray, sizes: np.ndarray | None) -> 
     low, high = sizes
     across, along, beside = u * u + v * v, x * u + y * v, x * x + y * y - 1.0
     side, slab = _within(across + 1e-300, along, beside), _slab(z, w, high)
-    enter, leave = np.maximum(side[0], slab[0]), np.minimum(side[1], slab[1])
+    enter, leave = np.maximum(side[0], -slab[0]), np.minimum(side[1], slab[1])
     empty = ~(enter <= leave)
     enter[empty] = leave[empty] = np.nan
     across += w * w

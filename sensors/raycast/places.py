@@ -42,6 +42,8 @@ class Bounds:
         self.radii, self.bodies = radii, bodies
         points = np.concatenate([self.centres[:, None], self.centres[:, None] + half[:, None] * _SIGNS], axis=1)
         self._points = np.ascontiguousarray(np.swapaxes(points, 1, 2))  # (m, 3, 9): centre and corners of each box
+        self._turned: tuple[bytes, np.ndarray, np.ndarray] | None = None
+        """The bodies' poses that were last asked for, and the points turned and their shifts by these."""
 
     def places(self, rays: RayBundle, poses: np.ndarray) -> Places:
         """Where they are with the bodies at `poses` (b, 4, 4) float64 [m]."""
@@ -53,8 +55,11 @@ class Bounds:
         return self._places(origins[:, None], 0.0, max(part.swing for part in parts), poses)
 
     def _places(self, origins: np.ndarray, spread: float, swing: float, poses: np.ndarray) -> Places:
-        turned = poses[self.bodies, :3, :3] @ self._points
-        points = turned + (poses[self.bodies, :3, 3] - origins)[..., None]
+        key = poses.tobytes()
+        if self._turned is None or self._turned[0] != key:
+            self._turned = key, poses[self.bodies, :3, :3] @ self._points, poses[self.bodies, :3, 3]
+        _, turned, moved = self._turned
+        points = turned + (moved - origins)[..., None]
         towards = points[..., 0]
         lengths = np.maximum(np.sqrt((points * points).sum(axis=-2)), 1e-12)
         distance = lengths[..., 0]
