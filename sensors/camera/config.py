@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +13,7 @@ import numpy as np
 from graph.base.errors import UserError
 from graph.base.limits import check
 
+from .image_files import ImageFiles
 from .lens import Lens, ParallelLens
 from .lens_models import distorting_lens
 from .noise import ImageNoise, read_noise
@@ -66,14 +69,17 @@ def legacy_lens(prim: Usd.Prim) -> list[str]:
     ]
 
 
-def read_config(prim: Usd.Prim, size: tuple[int, int], meters_per_unit: float) -> CameraConfig:
+def read_config(
+    prim: Usd.Prim, size: tuple[int, int], meters_per_unit: float, folders: Iterable[Path] | None = None
+) -> CameraConfig:
     """The camera that a prim describes, for images of width x height.
 
     Pixels are square, so that the aperture's height follows from its width and the image; a lens schema of OpenCV has
-    focal lengths of its own. Raises UserError, naming prim and attribute, for what no camera has.
+    focal lengths of its own. folders: from which its files may be read; None: from any. Raises UserError, naming prim
+    and attribute, for what no camera has.
     """
     try:
-        return _read(prim, size, meters_per_unit)
+        return _read(prim, size, meters_per_unit, ImageFiles(folders))
     except (TypeError, ValueError, OverflowError) as error:
         if isinstance(error, UserError):
             raise
@@ -82,7 +88,7 @@ def read_config(prim: Usd.Prim, size: tuple[int, int], meters_per_unit: float) -
         ) from error
 
 
-def _read(prim: Usd.Prim, size: tuple[int, int], meters_per_unit: float) -> CameraConfig:
+def _read(prim: Usd.Prim, size: tuple[int, int], meters_per_unit: float, files: ImageFiles) -> CameraConfig:
     attributes = _Attributes(prim)
     focal, apertures = attributes.positive("focalLength"), _pair(attributes, "Aperture", positive=True)
     offsets = _pair(attributes, "ApertureOffset")
@@ -90,7 +96,7 @@ def _read(prim: Usd.Prim, size: tuple[int, int], meters_per_unit: float) -> Came
     if not 0 <= near < far:
         raise attributes.wrong("clippingRange", (near, far), "give the nearest and the farthest distance, 0 or more")
     return CameraConfig(
-        _lens(attributes, size, (focal, apertures[0], offsets), meters_per_unit),
+        _lens(attributes, size, (focal, apertures[0], offsets), meters_per_unit, files),
         near * meters_per_unit,
         far * meters_per_unit,
         focal,
@@ -106,7 +112,11 @@ def _read(prim: Usd.Prim, size: tuple[int, int], meters_per_unit: float) -> Came
 
 
 def _lens(
-    attributes: _Attributes, size: tuple[int, int], film: tuple[float, float, tuple[float, float]], unit: float
+    attributes: _Attributes,
+    size: tuple[int, int],
+    film: tuple[float, float, tuple[float, float]],
+    unit: float,
+    files: ImageFiles,
 ) -> Lens:
     width, height = size
     focal, aperture, (right, up) = film
@@ -115,7 +125,7 @@ def _lens(
         shift = width / aperture
         return ParallelLens(width, height, scale, scale, width / 2 - right * shift, height / 2 + up * shift)
     pixels = width / aperture  # in a tenth of a unit
-    found = distorting_lens(attributes.prim, size)
+    found = distorting_lens(attributes.prim, size, files)
     if found is not None:
         return found
     return Lens(width, height, *(focal * pixels,) * 2, width / 2 - right * pixels, height / 2 + up * pixels)

@@ -77,17 +77,25 @@ class ImageFiles:
             return str(self._folders[0] / text)  # written in the graph file
         return str(getattr(value, "resolvedPath", "") or text)
 
+    def allowed(self, attribute: Any) -> Path:
+        """The file that an asset attribute names, which may be read. Raises ImageProblem."""
+        return self._real(Path(self.find(attribute)))
+
+    def _real(self, file: Path) -> Path:
+        real = file.resolve()
+        if self._folders is not None and not any(real.is_relative_to(folder) for folder in self._folders):
+            raise ImageProblem(f"{file.name} lies outside the scene's folders; allow its folder with --allow DIR")
+        if not real.is_file():
+            raise ImageProblem(f"{file.name} does not exist")
+        return real
+
     def _open(self, name: str) -> Image:
         from graph.sim.usd import Ar
 
         outer, inner = Ar.SplitPackageRelativePathOuter(name) if Ar.IsPackageRelativePath(name) else (name, "")
         file = Path(outer)
         try:
-            real = file.resolve()
-            if self._folders is not None and not any(real.is_relative_to(folder) for folder in self._folders):
-                raise ImageProblem(f"{file.name} lies outside the scene's folders; allow its folder with --allow DIR")
-            if not real.is_file():
-                raise ImageProblem(f"{file.name} does not exist")
+            real = self._real(file)
             return self._decoded(_contents(real, inner), inner or file.name)
         except (OSError, ValueError, RuntimeError, zipfile.BadZipFile) as error:
             raise ImageProblem(f"{inner or file.name} cannot be read: {error}") from error

@@ -9,6 +9,7 @@ import numpy as np
 
 from graph.base.errors import UserError
 
+from .image_files import ImageFiles
 from .lens import BrownLens, FisheyeLens, FthetaLens, Lens
 from .names import LENS, LENS_MODEL
 from .prism_lens import PrismFisheyeLens
@@ -59,8 +60,10 @@ def lens_values(prim: Usd.Prim, model: str) -> dict[str, Any]:
     return found
 
 
-def distorting_lens(prim: Usd.Prim, size: tuple[int, int]) -> Lens | None:
+def distorting_lens(prim: Usd.Prim, size: tuple[int, int], files: ImageFiles) -> Lens | None:
     """The lens of a prim's lens schema, scaled to an image of width x height; None for a prim without one.
+
+    files: reads its tables.
 
     Raises UserError for models that are not known here, and for numbers that no lens has.
     """
@@ -68,12 +71,11 @@ def distorting_lens(prim: Usd.Prim, size: tuple[int, int]) -> Lens | None:
     if model in ("", "pinhole"):
         return None
     if model == "lut":
-        raise UserError(
-            f"{prim.GetPath()}.{LENS_MODEL} is 'lut': how its textures hold directions is not published; describe the "
-            f"lens with one of {', '.join(MODELS)}"
-        )
+        from .lut_lens import read_lut_lens
+
+        return read_lut_lens(prim, size, files)
     if model not in MODELS:
-        raise UserError(f"{prim.GetPath()}.{LENS_MODEL} is {model!r}; there are {', '.join(MODELS)}")
+        raise UserError(f"{prim.GetPath()}.{LENS_MODEL} is {model!r}; there are {', '.join(MODELS)}, lut")
     values = lens_values(prim, model)
     if not all(np.isfinite(part) for value in values.values() for part in np.atleast_1d(value)):
         raise UserError(f"{prim.GetPath()}: an attribute of {LENS}{model} is not finite; give a finite number")

@@ -69,7 +69,8 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
                 self.path,
                 f"{', '.join(legacy)}: no effect on pictures; describe the lens with a schema OmniLensDistortion...API",
             )
-        return read_config(prim, checked_size(self.path, self.resolution), self._app.meters_per_unit)
+        app = self._app
+        return read_config(prim, checked_size(self.path, self.resolution), app.meters_per_unit, app.folders)
 
     def configure(self) -> None:
         """Forgets the rays of an earlier lens; those of this one are made when they are first needed."""

@@ -32,8 +32,13 @@ def _runtime(app: App, prim_path: str, resolution: tuple[int, int]) -> CameraRun
 
 def _check(prim: Usd.Prim) -> Iterator[str]:
     from .config import read_config
+    from .lens_models import lens_model
 
-    return reading_problems(prim, lambda prim: read_config(prim, ANY_SIZE, 1.0), read_tick_rate)
+    def read(prim: Usd.Prim) -> object:
+        """Not lenses of tables: which files may be read is known when the sensor is made."""
+        return None if lens_model(prim) == "lut" else read_config(prim, ANY_SIZE, 1.0)
+
+    return reading_problems(prim, read, read_tick_rate)
 
 
 def _author(prim: Usd.Prim, config: str, variant: Any = None, **where: Any) -> None:
@@ -46,7 +51,7 @@ def _facts(app: App, prim: Usd.Prim) -> dict[str, Any]:
     from .config import read_config
     from .lens_models import lens_model
 
-    config = read_config(prim, ANY_SIZE, app.meters_per_unit)
+    config = read_config(prim, ANY_SIZE, app.meters_per_unit, app.folders)
     return {
         "tick_rate_hz": read_tick_rate(prim),
         "lens": lens_model(prim) or "pinhole",

@@ -189,7 +189,7 @@ def test_a_fisheye_sees_behind_itself():
         ),
         ("RadTanThinPrism", "radTanThinPrism:k0", 0.0, "radTanThinPrism:k0 is 0; give a number above 0"),
         ("OpenCvFisheye", "opencvFisheye:k1", float("nan"), "is not finite"),
-        ("Ftheta", "model", "lut", "model is 'lut': how its textures hold directions is not published"),
+        ("Ftheta", "model", "lut", "rayEnterDirectionTexture is missing; apply OmniLensDistortionLutAPI"),
     ],
 )
 def test_a_lens_that_cannot_be_is_reported_in_a_line(model, attribute, value, message):
