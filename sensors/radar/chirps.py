@@ -63,3 +63,7 @@ class Chirps:
             yield "fastTimePaddingSamples needs fastTimeSamples"
         if not 3e8 <= self.carrier <= 3e13:
             yield f"carrierFrequency = {self.carrier:g}; give 3e8 to 3e13 Hz"
+        elif not 1.0 <= self.bandwidth <= self.carrier:
+            yield f"chirpBandwidth = {self.bandwidth:g}; give 1 Hz up to the carrier's {self.carrier:g}"
+        elif abs(self.step) > self.carrier:
+            yield f"frequencyStepBetweenChirps = {self.step:g} is more than the carrier, {self.carrier:g} Hz"

@@ -102,6 +102,8 @@ def test_padding_keeps_one_target_one_detection_where_it_is():
         ({"fastTimePaddingSamples": 8}, "fastTimePaddingSamples needs fastTimeSamples"),
         ({"carrierFrequency": 77.0}, "carrierFrequency = 77; give 3e8 to 3e13 Hz"),
         ({"chirpBandwidth": -1.0}, "chirpBandwidth is negative"),
+        ({"chirpBandwidth": 1e-30}, "chirpBandwidth = 1e-30; give 1 Hz up to the carrier's 7.68699e"),
+        ({"frequencyStepBetweenChirps": -1e30}, r"frequencyStepBetweenChirps = -1e\+30 is more than the carrier"),
     ],
 )
 def test_chirps_that_cannot_be_are_refused_in_a_line(values, message):
