@@ -44,7 +44,7 @@ def mesh_surface(prim: Any, tolerance: float, refined: bool, time: Any, complain
         faces = faces.only(~np.isin(faces.source, holes))
     flip = schema.GetOrientationAttr().Get(EARLIEST) == UsdGeom.Tokens.leftHanded
     triangles, source = triangles_of(points, faces, flip)
-    return (points, triangles, source) if len(triangles) else None
+    return _hittable(points, triangles, source)
 
 
 def tet_mesh_surface(prim: Any, time: Any, complain: Complain) -> FromMesh | None:
@@ -60,7 +60,18 @@ def tet_mesh_surface(prim: Any, time: Any, complain: Complain) -> FromMesh | Non
     faces = usable_faces(points, np.full(len(named), 3), named.ravel(), complain)
     flip = schema.GetOrientationAttr().Get(EARLIEST) == UsdGeom.Tokens.leftHanded
     triangles, source = triangles_of(points, faces, flip)
-    return (points, triangles, source) if len(triangles) else None
+    return _hittable(points, triangles, source)
+
+
+def _hittable(points: Floats, triangles: Triangles, source: Integers) -> FromMesh | None:
+    """The mesh with finite points alone, so that it has bounds; None without triangles.
+
+    No triangle has a point that is not finite: they are put where the first triangle begins.
+    """
+    if not len(triangles):
+        return None
+    strange = ~np.isfinite(points).all(axis=1, keepdims=True)
+    return (np.where(strange, points[triangles[0, 0]], points) if strange.any() else points), triangles, source
 
 
 def _outside(tetrahedra: Integers) -> Integers:
