@@ -55,6 +55,8 @@ class Trajectory:
 
     def poses(self, times: np.ndarray) -> np.ndarray:
         """(n, 4, 4) float64 rigid [m]."""
+        if not (self.turns or self.moves):
+            return np.repeat(self._poses[:1], len(times), axis=0)
         out = np.zeros((len(times), 4, 4))
         out[:, :3, :3] = self.rotations(times)
         out[:, :3, 3] = self.positions(times)
