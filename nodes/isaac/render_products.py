@@ -19,6 +19,7 @@ class _Made:
 
 def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
     """The size of a camera's pictures, where the file gives all of it."""
+    from graph.sim.scene.prim_paths import prim_at
     from sensors.camera import names
     from sensors.camera.config import checked_size
 
@@ -27,7 +28,10 @@ def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
         return
     cameras = [str(path) for path in db.inputs.cameraPrim]
     given = next((name for name in ("width", "height") if name in node.given), None)
-    if given is None or len(cameras) != 1 or node.stage.GetPrimAtPath(cameras[0]).GetTypeName() != names.PRIM_TYPE:
+    if given is None or len(cameras) != 1:
+        return
+    camera = prim_at(node.stage, cameras[0])
+    if not camera or camera.GetTypeName() != names.PRIM_TYPE:  # a missing prim is reported as such
         return
     try:
         checked_size(cameras[0], (db.inputs.width, db.inputs.height))

@@ -90,3 +90,11 @@ def test_the_size_of_a_camera_s_image_is_checked_before_the_run(opened, size, na
     (problem,), _ = opened("{type: Camera}", "ROS2CameraHelper", size)
     assert problem.startswith(f"/World/G/product.inputs:{name}: /World/Sensor: {wrong}")
     assert opened("{type: OmniRadar}", "ROS2RtxRadarHelper", size)[0] == []
+
+
+def test_a_missing_camera_is_reported_as_missing(opened, tmp_path):
+    opened("{type: Camera}", "ROS2CameraHelper", ", width: 0")
+    file = tmp_path / "a.yaml"
+    file.write_text(file.read_text().replace("cameraPrim: /World/Sensor", "cameraPrim: /World/Gone"))
+    (problem,) = build_parts(file).problems
+    assert problem.message.startswith("/World/G/product.inputs:cameraPrim: there is no prim /World/Gone on the stage")
