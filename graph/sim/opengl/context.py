@@ -31,10 +31,9 @@ def require_opengl() -> None:
         context.free()
     except Exception as error:  # a driver fails in ways of its own
         way, reason = os.environ.get(CHOICE, "a window"), " ".join(str(error).split()) or type(error).__name__
-        raise UserError(
-            f"camera.backend=gl: no OpenGL by {way} here ({reason}). Without a graphics card run: apt-get install -y "
-            f"libegl1 libgl1-mesa-dri ({RAYS})"
-        ) from error
+        install = "Without a graphics card run: apt-get install -y libegl1 libgl1-mesa-dri"
+        remedy = install if way in ("egl", "a window") else f"Unset the environment variable {CHOICE}"
+        raise UserError(f"camera.backend=gl: no OpenGL by {way} here ({reason}). {remedy} ({RAYS})") from error
 
 
 def _contexts() -> ModuleType:
