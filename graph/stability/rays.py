@@ -167,5 +167,5 @@ CASES = (
          (False, True)),
     Case(AREA, "from within a sphere, a box, a moving box", 1e-5, "m", "both sides are met", enclosed,
          ("Sphere", "Cube", "body")),
-    Case(AREA, "1e7 triangles", 1e-5, "m", "the limit scene.triangles; 4 GB", many, (2236,), slow=True),
+    Case(AREA, "1e7 triangles", 1e-5, "m", "the limit scene.triangles; 2.4 GB of memory", many, (2236,), slow=True),
 )  # fmt: skip
