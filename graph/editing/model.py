@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
@@ -224,12 +223,3 @@ def _note_ends(by_owner: dict[str, dict[tuple[str, str], None]], ends: tuple[str
 
 def _node_spec(name: str, node: NodeModel) -> NodeSpec:
     return node.spec or NodeSpec(name, node.type, node.inputs, node.mark, node.marks, node.attributes)
-
-
-def ports_of(compounds: Mapping[str, Mapping[str, tuple[str, ...]]], end: str) -> tuple[str, ...] | None:
-    """The inner attributes that a compound's port stands for; None if `end` is not a port of a compound."""
-    owner, _, attribute = end.rpartition(".")
-    ports = compounds.get(owner)
-    if ports is None:
-        return None
-    return ports.get(attribute, ())

@@ -145,15 +145,6 @@ def _end_as_written(graph: Graph, text: str, prefixes: Sequence[str]) -> End:
     return node, full
 
 
-def end_of(graph: Graph, end: str) -> End:
-    """The node and the full attribute name of an end. Raises OtherwiseError if it does not exist."""
-    name, _, full = end.rpartition(".")
-    node = graph.nodes.get(name)
-    if node is None or full not in node.types:
-        raise OtherwiseError
-    return node, full
-
-
 def is_open(node: Node, full: str) -> bool:
     """Whether the type of an attribute depends on values and connections."""
     return isinstance(node.attribute(full).parsed, Extended)

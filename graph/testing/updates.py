@@ -26,11 +26,6 @@ class UpdateList:
     def __len__(self) -> int:
         return sum(map(len, self.ranges))
 
-    def first_from(self, update: int) -> int | None:
-        """The first listed update that is `update` or later, or None."""
-        late = (max(span[0], update) for span in self.ranges if span[-1] >= update)
-        return next(late, None)
-
 
 def read_range(item: Any, most: int) -> range | None:
     """The updates that an index, or a range with its ends, means; None if it is neither.

@@ -88,10 +88,6 @@ class Type:
         """The array of this type. Raises ValueError if OGN has no such type."""
         return concrete_type(self.name + "[]")
 
-    def tuple_of(self, count: int) -> Type:
-        """The plain tuple of `count` of these numbers. Raises ValueError if OGN has no such type."""
-        return concrete_type(f"{self.storage}[{count}]")
-
 
 @dataclass(frozen=True, slots=True)
 class Extended:

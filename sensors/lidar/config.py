@@ -165,11 +165,6 @@ class LidarConfig:
         """The firing rate, or the scan rate if a solid-state profile fires more slowly than it scans."""
         return max(self.pattern_firing_rate_hz, self.scan_rate_base_hz)
 
-    @property
-    def is_2d(self) -> bool:
-        """Whether every beam lies in the sensor's xy plane, within 1e-3 deg."""
-        return all(bool(np.all(np.abs(state.elevation_deg) <= 1e-3)) for state in self.emitter_states)
-
     def __post_init__(self) -> None:
         problems = [*self._bad_scalars(), *self._bad_states()]
         if not problems and self.rays_per_scan > most("lidar.rays"):

@@ -11,15 +11,10 @@ from graph.base.errors import UserError
 from sensors.prim import value_of
 
 from .config import RadarConfig, ScanConfig
-from .names import API, CHIRPS, PREFIX, PRIM_TYPE, SCAN_PREFIX, WITHOUT_EFFECT, attribute_name
+from .names import CHIRPS, PREFIX, SCAN_PREFIX, WITHOUT_EFFECT, attribute_name
 
 if TYPE_CHECKING:
     from pxr import Usd
-
-
-def is_radar(prim: Usd.Prim) -> bool:
-    """Whether a prim is there and is a radar with its schema."""
-    return bool(prim) and prim.GetTypeName() == PRIM_TYPE and API in prim.GetAppliedSchemas()
 
 
 def read_config(prim: Usd.Prim) -> RadarConfig:

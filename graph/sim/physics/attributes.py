@@ -48,9 +48,3 @@ def vector(attribute: Any) -> Floats | None:
     value = attribute.Get(EARLIEST) if attribute and attribute.HasAuthoredValue() else None
     out = None if value is None else np.array(value, dtype=np.float64)
     return out if out is not None and np.isfinite(out).all() else None
-
-
-def vector_or_zero(attribute: Any) -> Floats:
-    """(3,) if authored and finite, else zero."""
-    value = vector(attribute)
-    return np.zeros(3) if value is None else value

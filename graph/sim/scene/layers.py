@@ -14,7 +14,7 @@ import shlex
 import zipfile
 import zlib
 from collections import deque
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -27,12 +27,10 @@ from .crate import crate_entries
 from .crate_paths import has_path_tree
 from .diagnostics import quiet
 from .expressions import Variables, as_key, evaluated, stack_variables
+from .layer_contents import LayerContents, contents_of
 from .layer_text import MAX_NESTING, SCENE_SUFFIXES, depth, longest_text, may_compose, written_prims
 
 Warn = Callable[[str, str, str], None]
-
-_NAMING = ("references", "payload")
-_ARCS = (*_NAMING, "inheritPaths", "specializes")
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,20 +126,6 @@ class _Wanted:
         return self.path, as_key(self.variables), self.sublayer
 
 
-@dataclass(frozen=True, slots=True)
-class _Contents:
-    """The layers that composing a layer opens: asset paths as written, by whether they are sublayers (one may be
-    both).
-    """
-
-    sublayers: Iterable[str] = ()
-    others: Iterable[str] = ()
-    arcs: bool = False
-    """Whether any of its prims has a composition arc."""
-    clips: Container[str] = ()
-    """The asset paths that value clips name."""
-
-
 class _Walk:
     """The layers of a scene, each read once, and followed for every set of variables with which it is reached."""
 
@@ -156,7 +140,7 @@ class _Walk:
         """By the naming layer: missing assets and their messages."""
         self.layers: dict[str, Any] = {}
         self.files: dict[str, tuple[int, int]] = {}
-        self.contents: dict[str, _Contents] = {}
+        self.contents: dict[str, LayerContents] = {}
         self.expressions: dict[tuple[str, str], set[str]] = {}
         """The results of each variable expression, by the layer that contains it."""
         self._allowed = allowed
@@ -194,7 +178,7 @@ class _Walk:
         if layer is not None and identity is not None:
             self.layers[path] = layer
             self.files[layer.identifier] = identity
-            self.contents[path] = _contents(layer, may_compose(on_disk))
+            self.contents[path] = contents_of(layer, may_compose(on_disk))
             return True
         said = reason if reason.startswith(path) else f"{path}: USD cannot read this file; {reason}"
         if not by:
@@ -349,56 +333,3 @@ def _refused(path: Path, wanted_by: str) -> str | None:
     except (OSError, RuntimeError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         return f"{path} cannot be read: {error}"
     return f"{path} nests deeper than {MAX_NESTING} levels{by}; USD cannot read it safely" if deep else None
-
-
-def _contents(layer: Any, composes: bool = True) -> _Contents:
-    """What composing the layer opens: sublayers, references, payloads (in variants too) and value clips.
-
-    composes: whether it may open anything. Raises OverLimit beyond the limit usd.specs, and UserError for a damaged
-    layer that names prims of which it says nothing: composing them ends the process.
-    """
-    sublayers = dict.fromkeys(layer.subLayerPaths)
-    others: dict[str, None] = {}
-    get, arcs = layer.GetPrimAtPath, False
-    clips: set[str] = set()
-    left = limits.most("usd.specs")
-
-    def visit(path: Any) -> None:
-        nonlocal arcs, left
-        left -= 1
-        if left < 0:
-            said = f"{layer.identifier} has too many prims and properties"
-            raise limits.OverLimit(f"{said}; {limits.allowed('usd.specs')}")
-        if not composes:
-            return
-        if path.IsPrimPath() or path.IsPrimVariantSelectionPath():
-            spec = get(path)
-            if spec is None:
-                if path.IsPrimPath():
-                    raise UserError(f"{layer.identifier} names the prim {path} and says nothing of it; repair the file")
-                return
-            if spec.HasInfo("clips"):
-                clips.update(_clip_assets(spec.GetInfo("clips")))
-            arcs = arcs or any(map(spec.HasInfo, _ARCS))
-            for arc in _NAMING if sublayers else ():
-                if spec.HasInfo(arc):
-                    others.update(dict.fromkeys(item.assetPath for item in spec.GetInfo(arc).GetAppliedItems()))
-
-    layer.Traverse("/", visit)
-    if not composes:
-        return _Contents()
-    assets = dict.fromkeys(asset for asset in layer.GetCompositionAssetDependencies() if asset not in sublayers)
-    others = {**assets, **others, **dict.fromkeys(sorted(clips))}
-    return _Contents(sublayers, others, arcs, clips)
-
-
-def _clip_assets(value: Any) -> Iterator[str]:
-    """Every asset path in a prim's `clips`; a template (`clip.###.usd`) gives the files that match it."""
-    if isinstance(value, dict):
-        for key, inner in value.items():
-            yield from (inner,) if key == "templateAssetPath" and isinstance(inner, str) else _clip_assets(inner)
-    elif hasattr(value, "path"):
-        yield value.path
-    elif not isinstance(value, (str, bytes, int, float)) and hasattr(value, "__iter__"):
-        for inner in value:
-            yield from _clip_assets(inner)

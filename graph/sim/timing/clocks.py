@@ -102,11 +102,6 @@ class PhysicsClock:
         self._adopt()
 
     @property
-    def stamped_rate(self) -> Fraction:
-        """The rate with which `time` is computed [Hz]: that of the last step."""
-        return Fraction(self._numerator, self._denominator)
-
-    @property
     def time(self) -> Fraction:
         """Simulation time [s]."""
         return Fraction(self.count * self._denominator, self._numerator)
