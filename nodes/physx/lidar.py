@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from graph.node import Attribute, Database, node_type
+from graph.node import Attribute, Database, NodeAtLoad, node_type
 
-from .polling import Poll, poll, release
+from .polling import Poll, check_polled, poll, release
 
 if TYPE_CHECKING:
     from sensors.frame import Frame
 
 _LIDAR = Attribute("target", "a Lidar prim of PhysX")
+
+
+def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
+    from sensors.physx.names import LIDAR
+
+    return check_polled(node, "lidarPrim", LIDAR)
 
 
 def _new_scan(db: Database, channels: tuple[str, ...]) -> Frame | None:
@@ -28,6 +35,7 @@ def _new_scan(db: Database, channels: tuple[str, ...]) -> Frame | None:
 @node_type(
     "isaacsim.sensors.physx.IsaacReadLidarPointCloud",
     version=2,
+    check=_check,
     inputs={"execIn": Attribute("execution", "reads the sensor"), "lidarPrim": _LIDAR},
     outputs={
         "execOut": Attribute("execution", "follows when a scan is complete"),
@@ -52,6 +60,7 @@ def read_lidar_point_cloud(db: Database) -> None:
 @node_type(
     "isaacsim.sensors.physx.IsaacReadLidarBeams",
     version=1,
+    check=_check,
     inputs={"execIn": Attribute("execution", "reads the sensor"), "lidarPrim": _LIDAR},
     outputs={
         "execOut": Attribute("execution", "follows when a scan is complete"),

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
-from graph.node import Attribute, Database, node_type
+from collections.abc import Iterator
 
-from .polling import Poll, poll, release
+from graph.node import Attribute, Database, NodeAtLoad, node_type
+
+from .polling import Poll, check_polled, poll, release
+
+
+def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
+    from sensors.physx.names import LIGHT_BEAM
+
+    return check_polled(node, "lightbeamPrim", LIGHT_BEAM)
 
 
 @node_type(
     "isaacsim.sensors.physx.IsaacReadLightBeam",
     version=1,
+    check=_check,
     inputs={
         "execIn": Attribute("execution", "reads the sensor"),
         "lightbeamPrim": Attribute("target", "an IsaacLightBeamSensor"),

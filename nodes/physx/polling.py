@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import UserError
-from graph.node import Database
+from graph.node import Database, NodeAtLoad
+from nodes.fitting_sensors import misfit
 from nodes.sensing.imu import sensor_prim
 
 if TYPE_CHECKING:
@@ -22,6 +23,16 @@ class Poll:
     path: str = ""
     polled: PolledSensor | None = None
     frame: Frame | None = None
+
+
+def check_polled(node: NodeAtLoad, name: str, prim_type: str) -> Iterator[tuple[str, str]]:
+    """What `misfit` says of the prim in a target input, before anything runs."""
+    from graph.sim.scene.prim_paths import prim_at
+
+    for path in getattr(node.db.inputs, name) if name in node.given else ():
+        prim = prim_at(node.stage, str(path))
+        if prim and (problem := misfit(prim, str(path), prim_type)):
+            yield name, problem
 
 
 def release(db: Database) -> None:

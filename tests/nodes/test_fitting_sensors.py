@@ -98,3 +98,23 @@ def test_a_missing_camera_is_reported_as_missing(opened, tmp_path):
     file.write_text(file.read_text().replace("cameraPrim: /World/Sensor", "cameraPrim: /World/Gone"))
     (problem,) = build_parts(file).problems
     assert problem.message.startswith("/World/G/product.inputs:cameraPrim: there is no prim /World/Gone on the stage")
+
+
+@pytest.mark.parametrize(
+    ("node", "name", "needed"),
+    [
+        ("IsaacReadLightBeam", "lightbeamPrim", "IsaacLightBeamSensor"),
+        ("IsaacReadLidarBeams", "lidarPrim", "Lidar"),
+        ("isaacsim.sensors.physx.IsaacReadLidarPointCloud", "lidarPrim", "Lidar"),
+    ],
+)
+def test_a_node_that_polls_takes_its_own_kind_only(tmp_path, node, name, needed):
+    file = tmp_path / "a.yaml"
+    for kind in ("Camera", needed):
+        file.write_text(
+            f"tickgraph: 1\nscene: {{prims: {{/World/S: {{type: {kind}}}}}}}\n"
+            f"graphs: {{/G: {{nodes: {{tick: OnPlaybackTick, read: {{type: {node}, inputs: {{{name}: /World/S}}}}}},"
+            " connections: [tick.tick -> read.execIn]}}\n"
+        )
+        wrong = f"/G/read.inputs:{name}: /World/S is of type Camera; it must be of type {needed}"
+        assert [one.message for one in build_parts(file).problems] == ([wrong] if kind == "Camera" else [])
