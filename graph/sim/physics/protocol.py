@@ -248,6 +248,14 @@ class PhysicsEngine(Protocol):
         """By the path of each trigger, the paths of the colliders that are inside now."""
         return {}
 
+    def overlapping(self, pose: Floats, half: Floats) -> list[tuple[str, str]]:
+        """The paths of the rigid colliders that overlap a box now, and of their bodies (empty: static).
+
+        pose: (4, 4), the rigid frame of its centre [m]; half: (3,), its half lengths along its axes [m]. What only
+        touches it is outside.
+        """
+        raise RunError(f"the physics engine {self.name} does not find what is in a box")
+
     def gripper(self, path: str) -> SurfaceGripper:
         """The surface gripper at a path. Raises RunError if the path has no gripper."""
         raise RunError(f"{path}: the physics engine {self.name} has no surface grippers")

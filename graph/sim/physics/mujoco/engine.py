@@ -19,6 +19,7 @@ from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 
 from .body_forces import BodyForces
+from .box_queries import BoxQueries
 from .compile import Compiled
 from .contacts import Contacts
 from .deformables import Deformables
@@ -80,6 +81,7 @@ class MujocoEngine(PhysicsEngine):
         self._motion = Motion(self.model, len(self.body_paths))
         self._surfaces: Surfaces | None = None
         self._joints: Joints | None = None
+        self._boxes: BoxQueries | None = None
         self._colliders: list[tuple[str, str]] | None = None
         self._stale = False
         self.taken = 0
@@ -351,6 +353,12 @@ class MujocoEngine(PhysicsEngine):
     def triggered(self) -> dict[str, tuple[str, ...]]:
         """By the path of each trigger, the paths of the colliders that are inside now."""
         return triggered(self)
+
+    def overlapping(self, pose: Floats, half: Floats) -> list[tuple[str, str]]:
+        """Paths of the colliders in a box and of their bodies, see `PhysicsEngine`."""
+        if self._boxes is None:
+            self._boxes = BoxQueries(self)
+        return self._boxes.overlapping(pose, half)
 
     def gripper(self, path: str) -> WeldGripper:
         """The surface gripper at a path. Raises RunError if the path has no gripper."""

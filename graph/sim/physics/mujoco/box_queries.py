@@ -1,0 +1,81 @@
+"""Which colliders overlap a box that is in no model: each that is near is copied, once, into a model beside a box."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graph.sim import transforms
+from graph.sim.transforms import Floats
+
+from .geoms import GEOMS
+from .library import mujoco
+from .triggers import GROUP
+
+if TYPE_CHECKING:
+    from .engine import MujocoEngine
+
+_MEMORY = 1 << 20
+"""For the contacts of a model of two [bytes]; a query uses a few KiB."""
+
+
+class BoxQueries:
+    """Finds what overlaps a box, with MuJoCo's own distance between two convex shapes.
+
+    Triggers, geoms that collide with nothing, height fields and deformables are left out.
+    """
+
+    def __init__(self, engine: MujocoEngine) -> None:
+        model = engine.model
+        collides = (model.geom_contype | model.geom_conaffinity).astype(bool)
+        known = np.isin(model.geom_type, [int(kind) for kind in GEOMS.values()])
+        self._geoms = np.flatnonzero(collides & known & (model.geom_group != GROUP))
+        planes = model.geom_type[self._geoms] == mujoco.mjtGeom.mjGEOM_PLANE
+        self._radii = np.where(planes, np.inf, model.geom_rbound[self._geoms])
+        self._engine = engine
+        self._pairs: dict[int, tuple[Any, Any]] = {}
+
+    def overlapping(self, pose: Floats, half: Floats) -> list[tuple[str, str]]:
+        """The paths of the colliders and of their bodies (empty: static); see `PhysicsEngine.overlapping`."""
+        engine = self._engine
+        assert len(engine.positions) >= 0  # geoms are at the present poses of the bodies
+        rotation, data = pose[:3, :3], engine.data
+        centers = (data.geom_xpos[self._geoms] - pose[:3, 3]) @ rotation
+        gaps = np.linalg.norm(centers - np.clip(centers, -half, half), axis=1)
+        found: dict[tuple[str, str], None] = {}
+        for row in np.flatnonzero(gaps <= self._radii).tolist():
+            geom = int(self._geoms[row])
+            owner = engine.colliders[geom]
+            turn = rotation.T @ data.geom_xmat[geom].reshape(3, 3)
+            if owner not in found and self._overlaps(geom, centers[row], turn, half):
+                found[owner] = None
+        return list(found)
+
+    def _overlaps(self, geom: int, place: Floats, turn: Floats, half: Floats) -> bool:
+        """Whether a geom at this place, in the axes of the box, overlaps a box about the origin."""
+        if geom not in self._pairs:
+            self._pairs[geom] = _beside_a_box(self._engine.model, geom)
+        model, data = self._pairs[geom]
+        model.geom_size[0], model.geom_rbound[0] = half, np.linalg.norm(half)
+        data.mocap_pos[0], data.mocap_quat[0] = place, transforms.quaternion(turn)
+        mujoco.mj_kinematics(model, data)
+        return bool(mujoco.mj_geomDistance(model, data, 0, 1, 1e-6, None) < 0)
+
+
+def _beside_a_box(model: Any, geom: int) -> tuple[Any, Any]:
+    """A model of a box, geom 0, and a copy of a geom on a body that is placed by hand; and its data."""
+    spec = mujoco.MjSpec()
+    spec.memory = _MEMORY
+    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[1, 1, 1])
+    copy = spec.worldbody.add_body(mocap=True).add_geom(type=int(model.geom_type[geom]))
+    if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
+        mesh = model.geom_dataid[geom]
+        first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+        points = model.mesh_vert[first : first + count].astype(np.float64).ravel()
+        spec.add_mesh(name="copy", uservert=points, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX)
+        copy.meshname = "copy"
+    else:
+        copy.size = model.geom_size[geom]
+    beside = spec.compile()
+    return beside, mujoco.MjData(beside)
