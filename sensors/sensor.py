@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 from .annotators.annotator import Annotator, split_data
 from .annotators.registry import find_annotator
@@ -15,6 +15,11 @@ from .writers import WRITERS, AttachedWriter, Writer, WriterSpec, find_writer, w
 if TYPE_CHECKING:
     from graph.sim import App
     from graph.sim.renderer.products import RenderProduct
+
+RESOLUTION = (300, 300)
+"""Of the render products of sensors that measure no picture; it has no effect on what they measure."""
+
+Authored = TypeVar("Authored")
 
 
 def check_names(
@@ -126,6 +131,38 @@ class RenderedSensor:
             self._app.warn("not-attached", self.path, f"writer {name!r} is not attached")
         else:
             attached.detach()
+
+
+class PointSensor(RenderedSensor, Generic[Authored]):
+    """A rendered sensor that measures points or signals, over the object that authors its prim.
+
+    prim: such an object, or a path, which makes one on that prim, whose attributes stay as they are. The render product
+    is 300 x 300, named rtx_sensor_<hash>. It exists from now on; if it was made while playing, until the stop. writers:
+    names from the writer table. Raises SensorValueError (a UserError and a ValueError) for unknown names and prims.
+    """
+
+    authored_by: ClassVar[type[Any]]
+    """The class of the object that authors the prim."""
+
+    def __init__(
+        self,
+        prim: Authored | str,
+        annotators: str | Iterable[str] | None,
+        writers: str | Iterable[str] | None,
+        render_vars: Iterable[str] | None,
+        app: App | None,
+    ) -> None:
+        annotators, writers = short_names(annotators), short_names(writers)
+        check_names(annotators, writers)
+        made: Any = prim if isinstance(prim, self.authored_by) else self.authored_by(prim, app=app)
+        self._authored: Authored = made
+        self.render_vars = tuple(render_vars or ())
+        super().__init__(made.app, made.path, RESOLUTION, annotators, writers)
+
+    @property
+    def authoring_object(self) -> Authored:
+        """The object that authors the prim."""
+        return self._authored
 
 
 def _writer_spec(name: str, table: Mapping[str, WriterSpec]) -> WriterSpec:

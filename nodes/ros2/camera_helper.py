@@ -17,6 +17,8 @@ from .publishing import check_names, publisher_inputs, topic_name
 from .video import NO_ENCODER, has_encoder
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from graph.sim.renderer.products import RenderProduct
     from sensors.annotators.annotator import Annotator
 
@@ -164,6 +166,35 @@ def add_camera_writer(db: Database, product: RenderProduct, writer: FrameWriter)
     """Attaches a writer to the product, and notes it in the node's memory."""
     add_writer(db, product, writer)
     db.memory.writers.append((product, writer))
+
+
+def send_pictures(db: Database, topic: str, type_name: str, make: Callable[[np.ndarray, int], Any]) -> bool:
+    """Computes a helper that sends every colour picture of its product on another transport; whether it did.
+
+    make: turns a picture (height, width, 4) uint8 and its stamp [ns] into a message of the type.
+    """
+    from sensors.annotators.annotator import Annotator
+    from sensors.annotators.registry import find_annotator
+
+    product = product_of(db)
+    if product is None:
+        return False
+    memory, inputs, app = db.memory, db.inputs, db.app
+    if product is not memory.product:
+        detach(db)
+        warn_about_settings(db)
+        memory.product, memory.annotator = product, Annotator(find_annotator("rgb"), app=app, owner=db.path)
+        stamp = stamps(app, system_time=inputs.useSystemTime, reset_on_stop=inputs.resetSimulationTimeOnStop)
+        every = getattr(inputs, "frameSkipCount", 0) + 1
+        message = partial(_picture, memory.annotator, make)
+        add_camera_writer(db, product, FrameWriter(app.bus, topic, type_name, stamp, message, every))
+    memory.listen(app.bus)
+    db.fire("execOut")
+    return True
+
+
+def _picture(annotator: Annotator, make: Callable[[np.ndarray, int], Any], frame: Any, at: int) -> Any:
+    return make(annotator.get_data(), at)
 
 
 def _attach(db: Database, product: RenderProduct) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, cast
 
 from graph.sim.renderer.wrapper import unwrapped
-from sensors.sensor import RenderedSensor, check_names, short_names
+from sensors.sensor import PointSensor
 
 from .authoring import Acoustic
 
@@ -15,16 +15,11 @@ if TYPE_CHECKING:
 
     from .runtime import AcousticRuntime
 
-RESOLUTION = (300, 300)
 
+class AcousticSensor(PointSensor[Acoustic]):
+    """Renders an acoustic sensor: `AcousticSensor(acoustic_or_path, annotators=["generic-model-output"])`."""
 
-class AcousticSensor(RenderedSensor):
-    """Renders an acoustic sensor: `AcousticSensor(acoustic_or_path, annotators=["generic-model-output"])`.
-
-    A path makes an Acoustic on that prim, whose attributes stay as they are. The render product is 300 x 300, named
-    rtx_sensor_<hash>. It exists from now on; if it was made while playing, until the stop. writers: names from the
-    writer table. Raises SensorValueError (a UserError and a ValueError) for unknown names and prims.
-    """
+    authored_by = Acoustic
 
     def __init__(
         self,
@@ -35,16 +30,12 @@ class AcousticSensor(RenderedSensor):
         render_vars: Iterable[str] | None = None,
         app: App | None = None,
     ) -> None:
-        annotators, writers = short_names(annotators), short_names(writers)
-        check_names(annotators, writers)
-        self.acoustic = acoustic if isinstance(acoustic, Acoustic) else Acoustic(acoustic, app=app)
-        self.render_vars = tuple(render_vars or ())
-        super().__init__(self.acoustic.app, self.acoustic.path, RESOLUTION, annotators, writers)
+        super().__init__(acoustic, annotators, writers, render_vars, app)
 
     @property
-    def authoring_object(self) -> Acoustic:
+    def acoustic(self) -> Acoustic:
         """The Acoustic."""
-        return self.acoustic
+        return self.authoring_object
 
     @property
     def runtime(self) -> AcousticRuntime:

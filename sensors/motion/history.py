@@ -95,6 +95,8 @@ class History:
         self._times: deque[Fraction] = deque()
         self._states: deque[Any] = deque()
         self._span = Fraction(0)
+        self._full = 3
+        """The number of states at which old ones are dropped."""
         self._asked: tuple[tuple[Any, ...], Trajectory] | None = None
         """The latest trajectory, and what was asked for: a scan asks more than once."""
         for event, handler, order in (
@@ -190,9 +192,15 @@ class History:
             self._states.pop()
         self._times.append(time)
         self._states.append(state)
-        while len(self._times) > 2 and self._times[1] <= time - self._span:
+        if len(self._times) >= self._full:
+            self._drop(time - self._span)
+
+    def _drop(self, oldest: Fraction) -> None:
+        """Drops the states that end before `oldest` [s]; next when there are twice as many as are left."""
+        while len(self._times) > 2 and self._times[1] <= oldest:
             self._times.popleft()
             self._states.popleft()
+        self._full = 2 * len(self._times)
 
     def _forget(self) -> None:
         self._times.clear()

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, cast
 
 from graph.sim.renderer.wrapper import unwrapped
-from sensors.sensor import RenderedSensor, check_names, short_names
+from sensors.sensor import PointSensor
 
 from .authoring import Radar
 
@@ -15,16 +15,11 @@ if TYPE_CHECKING:
 
     from .runtime import RadarRuntime
 
-RESOLUTION = (300, 300)
 
+class RadarSensor(PointSensor[Radar]):
+    """Renders a radar: `RadarSensor(radar_or_path, annotators=["generic-model-output"])`."""
 
-class RadarSensor(RenderedSensor):
-    """Renders a radar: `RadarSensor(radar_or_path, annotators=["generic-model-output"])`.
-
-    A path makes a Radar on that prim, whose attributes stay as they are. The render product is 300 x 300, named
-    rtx_sensor_<hash>. It exists from now on; if it was made while playing, until the stop. writers: names from the
-    writer table. Raises SensorValueError (a UserError and a ValueError) for unknown names and prims.
-    """
+    authored_by = Radar
 
     def __init__(
         self,
@@ -35,16 +30,12 @@ class RadarSensor(RenderedSensor):
         render_vars: Iterable[str] | None = None,
         app: App | None = None,
     ) -> None:
-        annotators, writers = short_names(annotators), short_names(writers)
-        check_names(annotators, writers)
-        self.radar = radar if isinstance(radar, Radar) else Radar(radar, app=app)
-        self.render_vars = tuple(render_vars or ())
-        super().__init__(self.radar.app, self.radar.path, RESOLUTION, annotators, writers)
+        super().__init__(radar, annotators, writers, render_vars, app)
 
     @property
-    def authoring_object(self) -> Radar:
+    def radar(self) -> Radar:
         """The Radar."""
-        return self.radar
+        return self.authoring_object
 
     @property
     def runtime(self) -> RadarRuntime:

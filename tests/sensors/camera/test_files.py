@@ -62,9 +62,9 @@ def test_explain_shows_the_lens_the_schedule_and_who_listens(capsys):
 def test_too_many_pixels_are_told_at_their_node(tmp_path, capsys):
     file = tmp_path / "big.yaml"
     file.write_text(EXAMPLE.read_text(encoding="utf8").replace("width: 320", "width: 100000"), encoding="utf8")
-    assert main(["run", str(file), "--out", str(tmp_path / "out")]) == 1
+    assert main(["run", str(file), "--out", str(tmp_path / "out")]) == 2
     error = capsys.readouterr().err
-    assert "IsaacCreateRenderProduct" in error
+    assert "big.yaml:41:85: /World/ActionGraph/product.inputs:width" in error
     assert "100,000 x 240 has 24,000,000 pixels; the limit is 10,000,000 rays; raise it with --limit" in error
 
 
