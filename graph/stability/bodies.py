@@ -13,7 +13,7 @@ from graph.sim import App
 from graph.sim.scene.stage import open_stage
 
 from .case import Case, told
-from .worlds import GRAVITY, GROUND, OFFSETS, WEIGHTLESS, body, cube, playing, unplayable, worst
+from .worlds import GRAVITY, GROUND, OFFSETS, WEIGHTLESS, body, cube, mesh, playing, unplayable, worst
 
 AREA = "bodies"
 REST = 2e-5
@@ -45,6 +45,15 @@ def at_rest(offset: float) -> float:
     """A box on a block of 10 m, both at an offset."""
     place = np.array([offset, offset, offset + 0.25])
     return rest({"/Block": cube(10, place - [0, 0, 5.25]), "/Box": body(0.5, place)}, place)
+
+
+def at_rest_on_mesh(offset: float) -> float:
+    """A box on a block of 10 m that is a mesh, both at an offset whose sum with 0.3 no float32 is."""
+    place = np.array([offset, offset, offset + 0.3])
+    corners = 5.0 * np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    block = mesh(corners, faces, translate=[float(one) for one in place - [0, 0, 5.25]])
+    return rest({"/Block": block, "/Box": body(0.5, place)}, place)
 
 
 def alone(mass: float = 1.0, hz: int = 240, seconds: float = 2.0, size: float = 0.5) -> float:
@@ -175,6 +184,8 @@ CASES = (
          lambda offset: fall(240, [offset, offset, offset + 100]), OFFSETS),
     Case(AREA, "a box at rest 0 to 1e8 m from the origin", REST, "m", "10 um of sinking, as at the origin",
          at_rest, OFFSETS),
+    Case(AREA, "a box on a mesh, 0 to 1e8 m from the origin", REST, "m", "meshes are centred before they are float32",
+         at_rest_on_mesh, OFFSETS),
     Case(AREA, "a fall where a unit is 1e-6 to 1e6 m", 1e-9, "m", "positions are float64",
          lambda metre: fall(240, [0, 0, 100], metre), (1e-6, 1e-3, 1.0, 1e3, 1e6)),
     Case(AREA, "boxes of 1e-2 to 1e2 m at rest", REST, "m", "sinking depends on gravity alone",

@@ -166,6 +166,7 @@ MESH = (
         ("Capsule", ["double radius = 0.25", "double height = 0.5"], 0.25, 0),
         ("Cylinder", ["double radius = 0.25", "double height = 0.5"], 0.25, 0),
         ("Mesh", MESH, 0.25, 0),
+        ("Mesh", MESH, 0.25, 1e5),
         ("Plane", ['uniform token axis = "X"'], -2 * ROOT_HALF, 0),
     ],
 )

@@ -28,6 +28,9 @@ GEOMS = {
     "mesh": mujoco.mjtGeom.mjGEOM_MESH,
 }
 
+FAR = 16.0
+"""From this coordinate on [m], float32 is coarser than 1e-6 m, and a mesh is centred."""
+
 
 @dataclass(frozen=True)
 class Grip:
@@ -90,8 +93,19 @@ def add_geom(parent: Any, collider: Collider, meshes: Meshes, name: str, grip: G
     geom.solimp = FIRM
     if collider.kind == "mesh":
         assert collider.vertices is not None
-        geom.meshname = meshes.name(collider.vertices)
+        centre = _centre(collider.vertices)
+        geom.pos = collider.pose[:3, :3] @ centre + collider.pose[:3, 3]
+        geom.meshname = meshes.name(collider.vertices - centre)
     return geom
+
+
+def _centre(vertices: Floats) -> Floats:
+    """What (n, 3) vertices are taken from before MuJoCo rounds them to float32: (3,) their middle if it is far, or 0.
+
+    Those near their origin stay as they are, so that equal meshes at several places are one asset.
+    """
+    centre = (vertices.min(axis=0) + vertices.max(axis=0)) / 2
+    return centre if np.abs(centre).max() > FAR else np.zeros(3)
 
 
 Shape = tuple[Any, ...]
