@@ -127,5 +127,5 @@ def _lathe_triangles(rings: int, parts: int) -> Triangles:
         out.append(np.stack([low + here, high + there, high + here], axis=1))
     out.append(np.stack([np.ones_like(here), last + here, last + there], axis=1))
     triangles = np.concatenate(out).astype(np.uint32)
-    triangles.flags.writeable = False
+    triangles.setflags(write=False)
     return triangles

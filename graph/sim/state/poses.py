@@ -47,7 +47,7 @@ class Poses:
             self.positions = np.concatenate([self.positions, frames[:, :3, 3]])
             self._rotations = np.concatenate([self._rotations, frames[:, :3, :3]])
         self._speeds = speeds or {}
-        self.positions.flags.writeable = False
+        self.positions.setflags(write=False)
 
     @cached_property
     def matrices(self) -> Floats:
@@ -57,7 +57,7 @@ class Poses:
         out[:-1, :3, 3] = self.positions
         out[:, 3, 3] = 1
         out[-1, :3, :3] = np.eye(3)
-        out.flags.writeable = False
+        out.setflags(write=False)
         return out
 
     def points(self, path: str) -> Floats | None:
