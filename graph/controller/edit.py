@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from graph.base.errors import Mark, Problem, UserError
+from graph.base.paths import at_or_below
 from graph.base.suggest import did_you_mean
 from graph.editing.errors import OmniGraphError, OmniGraphValueError
 from graph.editing.graph_set import GraphSet
@@ -135,7 +136,7 @@ class Edit:
 
     def _delete_nodes(self, entry: Any, scope: str, mark: Mark) -> None:
         model, name = self._names.known_name(node_text(entry), scope)
-        inside = [one for one in model.nodes if one == name or one.startswith(f"{name}/")]
+        inside = [one for one in model.nodes if at_or_below(one, name)]
         gone = {f"{model.path}{separator}{one}" for separator in "/." for one in inside}
         for other in self._graphs.linked_with(model.path):
             self._names.model(other).drop(gone)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from graph.base.errors import Mark
+from graph.base.paths import at_or_below
 from graph.node.registry import Registry, UnknownNodeTypeError
 from graph.plan.checked_patch import Patch
 from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
@@ -127,12 +128,12 @@ class Model:
 
     def remove_node(self, name: str) -> None:
         """Removes a node, or a compound with all inner nodes, and their connections in this graph."""
-        gone = {name, *(one for one in self.nodes if one.startswith(f"{name}/"))}
+        gone = {name, *(one for one in self.nodes if at_or_below(one, name))}
         self.changes.others |= name in self.compounds or not gone.isdisjoint(self.changes.nodes)
         self.changes.removed += [one for one in self.nodes if one in gone]
         for one in gone:
             self.nodes.pop(one, None)
-        for compound in [one for one in self.compounds if one == name or one.startswith(f"{name}/")]:
+        for compound in [one for one in self.compounds if at_or_below(one, name)]:
             del self.compounds[compound]
         self.drop(gone)
 

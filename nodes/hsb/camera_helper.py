@@ -6,7 +6,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from graph.node import Attribute, Database, node_type
-from nodes.ros2.camera_helper import HELPER_INPUTS, CameraPublisher, check_camera, detach, send_pictures
+from nodes.ros2.camera_helper import HELPER_INPUTS, check_camera, send_pictures
+from nodes.ros2.frame_publisher import CameraPublisher, detach
 
 from .transport import BYTES, SENT, bytes_message, receiver_inputs, topic_of
 from .vb1940 import COE, MODES, frame_bytes

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from graph.node import Attribute, Database, NodeAtLoad, node_type
 from graph.sim import settings as keys
-from nodes.fitting_sensors import check_fit, misfit
+from nodes.fitting_sensors import check_fit
 
 from .camera_messages import MESSAGES, Reading, labels_message
-from .lidar_writers import STRING, FrameWriter, add_writer, stamps
+from .frame_publisher import STAMP_INPUTS, CameraPublisher, detach, product_of, publish_with, warn_about_stamps
+from .frame_writers import STRING, FrameWriter, stamps
 from .publishing import check_names, publisher_inputs, topic_name
 from .video import NO_ENCODER, has_encoder
 
@@ -25,44 +25,8 @@ if TYPE_CHECKING:
 COMPRESSED = "rgb_h264"
 
 
-@dataclass(slots=True)
-class CameraPublisher:
-    """What a helper keeps between attaching and detaching: the product, the writers each with the product whose frames
-    it gets, the annotator they read.
-
-    The annotator is attached only while a topic has a subscriber, so that nothing is computed without need.
-    """
-
-    product: RenderProduct | None = None
-    writers: list[tuple[RenderProduct, FrameWriter]] = field(default_factory=list)
-    annotator: Annotator | None = None
-
-    def listen(self, bus: Any) -> None:
-        """Attaches the annotator while there are subscribers, and only then."""
-        if self.annotator is None or self.product is None:
-            return
-        wanted = any(bus.has_subscribers(writer.topic) for _, writer in self.writers)
-        if wanted and self.annotator.product is None:
-            self.annotator.attach(self.product)
-        elif not wanted:
-            self.annotator.detach()
-
-
-def detach(db: Database) -> None:
-    """Removes the writers and the request of a helper from its products."""
-    memory = db.memory
-    if memory.annotator is not None:
-        memory.annotator.detach()
-    for product, writer in memory.writers:
-        product.writers[:] = [one for one in product.writers if one is not writer]
-    memory.product, memory.writers, memory.annotator = None, [], None
-
-
 HELPER_INPUTS = {
-    "resetSimulationTimeOnStop": Attribute(
-        "bool", "stamp with the time since play; if not, with the time that no stop resets", default=True
-    ),
-    "useSystemTime": Attribute("bool", "stamp with the wall time of the last physics step", default=False),
+    **STAMP_INPUTS,
     "frameSkipCount": Attribute(
         "uint",
         "frames left out between two messages",
@@ -115,7 +79,7 @@ def camera_helper(db: Database) -> bool:
     view axis, infinite without a hit; depth_pcl and boxes in space are in the optical frame (x right, y down, z
     forward), which is that of the camera in TF.
     """
-    product = product_of(db)
+    product = camera_product(db)
     if product is None:
         return False
     if product is not db.memory.product:
@@ -125,47 +89,17 @@ def camera_helper(db: Database) -> bool:
     return True
 
 
-def product_of(db: Database, path_input: str = "renderProductPath") -> RenderProduct | None:
-    """The render product that a helper's input names, of a camera; None if disabled or, with a warning, if it does not
-    exist.
+def camera_product(db: Database, path_input: str = "renderProductPath") -> RenderProduct | None:
+    """The render product of a camera that a helper's input names; None while the helper is disabled.
 
-    Fails the node for a path without a product.
+    Warns and fails as `product_of` does.
     """
-    from graph.sim.scene.prim_paths import prim_at
     from sensors.camera.names import PRIM_TYPE
 
     if not getattr(db.inputs, "enabled", True):
         detach(db)
         return None
-    path = getattr(db.inputs, path_input)
-    if not path:
-        db.warn("render-product-missing", f"{path_input} is empty; connect it to a render product")
-        return None
-    product: RenderProduct | None = db.app.rendering.products.get(path)
-    if product is None:
-        db.fail(f"there is no render product {path}; connect {path_input} to one")
-    if problem := misfit(prim_at(db.app.stage, product.camera_path), product.camera_path, PRIM_TYPE):
-        db.warn("not-a-camera", f"{problem}; nothing is published")
-        return None
-    return product
-
-
-def warn_about_settings(db: Database) -> None:
-    """Warns of inputs that are deprecated or contradict each other."""
-    inputs = db.inputs
-    if getattr(inputs, "frameSkipCount", 0):
-        db.warn("frame-skip-deprecated", "frameSkipCount is deprecated; lower the camera's tickRate instead")
-    if inputs.useSystemTime and inputs.resetSimulationTimeOnStop:
-        db.warn(
-            "system-time-never-resets",
-            "useSystemTime stamps with wall time, which resetSimulationTimeOnStop cannot reset",
-        )
-
-
-def add_camera_writer(db: Database, product: RenderProduct, writer: FrameWriter) -> None:
-    """Attaches a writer to the product, and notes it in the node's memory."""
-    add_writer(db, product, writer)
-    db.memory.writers.append((product, writer))
+    return product_of(db, PRIM_TYPE, "not-a-camera", path_input)
 
 
 def send_pictures(db: Database, topic: str, type_name: str, make: Callable[[np.ndarray, int], Any]) -> bool:
@@ -176,18 +110,18 @@ def send_pictures(db: Database, topic: str, type_name: str, make: Callable[[np.n
     from sensors.annotators.annotator import Annotator
     from sensors.annotators.registry import find_annotator
 
-    product = product_of(db)
+    product = camera_product(db)
     if product is None:
         return False
     memory, inputs, app = db.memory, db.inputs, db.app
     if product is not memory.product:
         detach(db)
-        warn_about_settings(db)
+        warn_about_stamps(db)
         memory.product, memory.annotator = product, Annotator(find_annotator("rgb"), app=app, owner=db.path)
         stamp = stamps(app, system_time=inputs.useSystemTime, reset_on_stop=inputs.resetSimulationTimeOnStop)
         every = getattr(inputs, "frameSkipCount", 0) + 1
         message = partial(_picture, memory.annotator, make)
-        add_camera_writer(db, product, FrameWriter(app.bus, topic, type_name, stamp, message, every))
+        publish_with(db, product, FrameWriter(app.bus, topic, type_name, stamp, message, every))
     memory.listen(app.bus)
     db.fire("execOut")
     return True
@@ -207,16 +141,16 @@ def _attach(db: Database, product: RenderProduct) -> None:
         db.fail(f"input type is {inputs.type!r}; it must be one of {', '.join(MESSAGES)}")
     if inputs.type == COMPRESSED:
         _check_video(db, product)
-    warn_about_settings(db)
+    warn_about_stamps(db)
     annotator = Annotator(find_annotator(kind.annotator), app=app, owner=db.path)
     memory.product, memory.annotator = product, annotator
     stamp = stamps(app, system_time=inputs.useSystemTime, reset_on_stop=inputs.resetSimulationTimeOnStop)
     every, camera = inputs.frameSkipCount + 1, product.camera_path
     make = partial(_message, kind.begin(), annotator, inputs.frameId, app.meters_per_unit, app.settings)
-    add_camera_writer(db, product, FrameWriter(app.bus, topic_name(db, camera), kind.type_name, stamp, make, every))
+    publish_with(db, product, FrameWriter(app.bus, topic_name(db, camera), kind.type_name, stamp, make, every))
     if inputs.enableSemanticLabels and kind.labelled:
         topic = topic_name(db, camera, inputs.semanticLabelsTopicName)
-        add_camera_writer(db, product, FrameWriter(app.bus, topic, STRING, stamp, partial(_labels, annotator), every))
+        publish_with(db, product, FrameWriter(app.bus, topic, STRING, stamp, partial(_labels, annotator), every))
 
 
 def _check_video(db: Database, product: RenderProduct) -> None:

@@ -9,18 +9,11 @@ from typing import TYPE_CHECKING, Any, cast
 from graph.node import Attribute, Database, node_type
 from graph.sim.settings import INFO_SQUARE_PIXELS
 
-from .camera_helper import (
-    HELPER_INPUTS,
-    CameraPublisher,
-    add_camera_writer,
-    check_camera,
-    detach,
-    product_of,
-    warn_about_settings,
-)
+from .camera_helper import HELPER_INPUTS, camera_product, check_camera
 from .camera_messages import distortion_of, matrix_of
+from .frame_publisher import CameraPublisher, detach, publish_with, warn_about_stamps
+from .frame_writers import FrameWriter, stamps
 from .image_messages import CAMERA_INFO, camera_info
-from .lidar_writers import FrameWriter, stamps
 from .publishing import publisher_inputs, topic_name
 
 if TYPE_CHECKING:
@@ -70,10 +63,10 @@ def camera_info_helper(db: Database) -> bool:
     both of its focal lengths the first. The lens is read when the publisher is attached; a new product path, of the
     right camera too, attaches it again.
     """
-    product = product_of(db)
+    product = camera_product(db)
     if product is None:
         return False
-    right = product_of(db, "renderProductPathRight") if db.inputs.renderProductPathRight else None
+    right = camera_product(db, "renderProductPathRight") if db.inputs.renderProductPathRight else None
     if db.inputs.renderProductPathRight and right is None:
         return False
     if product is not db.memory.product or right is not db.memory.right:
@@ -84,7 +77,7 @@ def camera_info_helper(db: Database) -> bool:
 
 def _attach(db: Database, product: RenderProduct, right: RenderProduct | None) -> bool:
     inputs, memory = db.inputs, db.memory
-    warn_about_settings(db)
+    warn_about_stamps(db)
     lens = _lens(product)
     rotations: tuple[Sequence[float], Sequence[float]] = IDENTITY, IDENTITY
     shift, k = 0.0, _matrix(db, product)
@@ -115,7 +108,7 @@ def _add(
         distortion = "plumb_bob", (0.0,) * 5
     make = partial(_message, frame_id, (lens.width, lens.height), distortion, _matrix(db, product), r, p)
     stamp = stamps(db.app, system_time=inputs.useSystemTime, reset_on_stop=inputs.resetSimulationTimeOnStop)
-    add_camera_writer(db, product, FrameWriter(db.app.bus, topic, CAMERA_INFO, stamp, make, inputs.frameSkipCount + 1))
+    publish_with(db, product, FrameWriter(db.app.bus, topic, CAMERA_INFO, stamp, make, inputs.frameSkipCount + 1))
 
 
 def _matrix(db: Database, product: RenderProduct) -> list[float]:

@@ -10,7 +10,7 @@ from graph.node import Attribute, Database, node_type
 from nodes.isaac.clocks import stamp_ns
 from sensors import handles
 
-from .lidar_writers import STRING, object_id_map
+from .frame_writers import STRING, object_id_map
 from .messages import stamp
 from .publishing import TIME_STAMP, Publisher, check_names, publisher_inputs, subscribed_topic
 

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from graph.node import Attribute, Database, NodeAtLoad, node_type
 from graph.sim import settings as keys
-from nodes.fitting_sensors import check_fit, misfit
+from nodes.fitting_sensors import check_fit
 
 from .debug_view import debug_view
 from .driver_clouds import DRIVER_CLOUDS, METADATA, driver_cloud
+from .frame_publisher import STAMP_INPUTS, PointPublisher, detach, product_of, publish_with, warn_about_stamps
+from .frame_writers import STRING, FrameWriter, class_labels, object_id_map, stamps
 from .laser_scans import LASER_SCAN, scan_style
 from .lidar_frames import SCAN_CHANNELS, FrameScan, cloud_channels, frame_cloud
-from .lidar_writers import STRING, FrameWriter, add_writer, class_labels, object_id_map, stamps
 from .point_clouds import CLOUD_FIELDS, POINT_CLOUD
 from .publishing import check_names, publisher_inputs, topic_name
 
@@ -24,29 +24,6 @@ if TYPE_CHECKING:
     from graph.sim.renderer.sensor import Sensor
 
 _MESSAGES = {"laser_scan": LASER_SCAN, "point_cloud": POINT_CLOUD}
-
-
-@dataclass(slots=True)
-class _Attached:
-    """What the node keeps between attaching and detaching."""
-
-    product: RenderProduct | None = None
-    writers: list[FrameWriter] = field(default_factory=list)
-    demand: dict[object, tuple[frozenset[str], bool]] = field(default_factory=dict)
-    demanding: bool = False
-    view: Any = None
-    """The writer of the debug view."""
-
-
-def _detach(db: Database) -> None:
-    memory = db.memory
-    if memory.product is None:
-        return
-    _demand(memory, False)
-    memory.product.writers[:] = [one for one in memory.product.writers if one not in memory.writers]
-    if memory.view is not None:
-        memory.view.detach()
-    memory.product, memory.writers, memory.view = None, [], None
 
 
 def _tilted(prim: Any) -> Iterator[str]:
@@ -103,9 +80,7 @@ def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
         "type": Attribute(
             "token", "what to publish", default="laser_scan", allowed_tokens=("laser_scan", "point_cloud")
         ),
-        "resetSimulationTimeOnStop": Attribute(
-            "bool", "stamp with the time since play; if not, with the time that no stop resets", default=True
-        ),
+        **STAMP_INPUTS,
         "fullScan": Attribute(
             "bool",
             "without effect",
@@ -116,7 +91,6 @@ def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
         "showDebugView": Attribute(
             "bool", "draw each cloud into a PNG file, in the folder debug_view of the run's --out", default=False
         ),
-        "useSystemTime": Attribute("bool", "stamp with the wall time of the last physics step", default=False),
         "frameSkipCount": Attribute(
             "uint",
             "frames left out between two messages",
@@ -138,8 +112,8 @@ def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
         "enableObjectIdMap": Attribute("bool", "publish which prim each object id stands for"),
         "objectIdMapTopicName": Attribute("string", "topic of that map", default="object_id_map"),
     },
-    memory=_Attached,
-    release=_detach,
+    memory=PointPublisher,
+    release=detach,
     message_type=lambda db: _MESSAGES.get(db.inputs.type, ""),
 )
 def rtx_lidar_helper(db: Database) -> bool:
@@ -149,40 +123,29 @@ def rtx_lidar_helper(db: Database) -> bool:
     x, y, z and those of selectedMetadata that the sensor delivers. The stamp is the time that the frame's pose belongs
     to (of a laser scan: of its first ray), so that a transform as of the stamp is right.
     """
-    inputs, memory = db.inputs, db.memory
-    if not inputs.enabled:
-        _detach(db)
+    from sensors.lidar.names import PRIM_TYPE
+
+    if not db.inputs.enabled:
+        detach(db)
         return False
-    path = inputs.renderProductPath
-    if not path:
-        db.warn("render-product-missing", "renderProductPath is empty; connect it to a render product")
+    product = product_of(db, PRIM_TYPE, "not-a-lidar")
+    if product is None:
         return False
-    product = memory.product
-    if product is None or product.path != path or db.app.rendering.products.get(path) is not product:
-        _detach(db)
-        if not _attach(db, path):
+    if product is not db.memory.product:
+        detach(db)
+        if not _attach(db, product):
             return False
-    subscribed = db.app.bus.has_subscribers(memory.writers[0].topic)
-    if subscribed != memory.demanding:
-        _demand(memory, subscribed)
+    db.memory.listen(db.app.bus)
     return True
 
 
-def _attach(db: Database, path: str) -> bool:
-    from graph.sim.scene.prim_paths import prim_at
-    from sensors.lidar.names import CORE_API, PRIM_TYPE
+def _attach(db: Database, product: RenderProduct) -> bool:
+    from sensors.lidar.names import CORE_API
     from sensors.lidar.prim import is_lidar
 
     app, inputs, memory = db.app, db.inputs, db.memory
-    product = app.rendering.products.get(path)
-    if product is None:
-        db.fail(f"there is no render product {path}; connect renderProductPath to one")
-    prim = prim_at(app.stage, product.camera_path)
-    problem = misfit(prim, product.camera_path, PRIM_TYPE)
-    if problem is None and not is_lidar(prim):
-        problem = f"{product.camera_path} has not the schema {CORE_API}"
-    if problem:
-        db.warn("not-a-lidar", f"{problem}; nothing is published")
+    if not is_lidar(app.stage.GetPrimAtPath(product.camera_path)):
+        db.warn("not-a-lidar", f"{product.camera_path} has not the schema {CORE_API}; nothing is published")
         return False
     kind = inputs.type
     if kind not in _MESSAGES:
@@ -190,7 +153,9 @@ def _attach(db: Database, path: str) -> bool:
     if kind == "laser_scan" and not app.settings.get(keys.SCAN_BINS):
         for problem in _tilted(app.stage.GetPrimAtPath(product.camera_path)):
             db.fail(problem)
-    _warn_about_settings(db)
+    if inputs.fullScan == app.settings.get(keys.FULL_SCAN_WARNS):  # reported only if its value has an effect
+        db.warn("full-scan-deprecated", "fullScan has no effect; partial scans come from tickRate or accumulateOutputs")
+    warn_about_stamps(db)
     for problem in _contradictory_fields(inputs):
         db.fail(problem)
     metadata: tuple[str, ...] = ()
@@ -198,10 +163,9 @@ def _attach(db: Database, path: str) -> bool:
         metadata = METADATA if inputs.fields else _metadata(db, product)
     if "Time" in metadata:
         _warn_of_nominal_times(db, product)
-    memory.product, memory.writers = product, _writers(db, product, kind, metadata)
-    memory.demand, memory.demanding = _needs(db, kind, metadata), False
-    for writer in memory.writers:
-        add_writer(db, product, writer)
+    memory.product, memory.demand = product, _needs(db, kind, metadata)
+    for writer in _writers(db, product, kind, metadata):
+        publish_with(db, product, writer)
     memory.view = debug_view(db, product, "RtxSensorDebugDrawPointCloud", "omni:sensor:Core:outputFrameOfReference")
     return True
 
@@ -249,20 +213,6 @@ def _warn_of_nominal_times(db: Database, product: RenderProduct) -> None:
             "frozen-times-nominal",
             f"{product.camera_path} moves and lidar.motion is frozen: a scan shows one instant, its field time is "
             "nominal; do not deskew by it, or use --fidelity lidar.motion=continuous",
-        )
-
-
-def _warn_about_settings(db: Database) -> None:
-    # Deprecated inputs are reported under their own codes, and only if their value has an effect.
-    inputs = db.inputs
-    if inputs.fullScan == db.app.settings.get(keys.FULL_SCAN_WARNS):
-        db.warn("full-scan-deprecated", "fullScan has no effect; partial scans come from tickRate or accumulateOutputs")
-    if inputs.frameSkipCount:
-        db.warn("frame-skip-deprecated", "frameSkipCount is deprecated; lower the sensor's tickRate instead")
-    if inputs.useSystemTime and inputs.resetSimulationTimeOnStop:
-        db.warn(
-            "system-time-never-resets",
-            "useSystemTime stamps with wall time, which resetSimulationTimeOnStop cannot reset",
         )
 
 
@@ -331,15 +281,3 @@ def _needs(db: Database, kind: str, metadata: tuple[str, ...]) -> dict[object, t
         # The field is our own, so it is delivered at any auxiliary level of the prim.
         needs[Consumer(db.path)] = (frozenset({CLOUD_FIELDS["Ring"].channel}), True)
     return needs
-
-
-def _demand(memory: _Attached, wanted: bool) -> None:
-    """Requests the channels that the messages need, or withdraws the request."""
-    assert memory.product is not None
-    sensor = memory.product.sensor
-    for owner, (channels, ignore_aux) in memory.demand.items():
-        if wanted:
-            sensor.require(owner, channels, ignore_aux=ignore_aux)
-        else:
-            sensor.release(owner)
-    memory.demanding = wanted

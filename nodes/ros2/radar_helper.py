@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from graph.node import Attribute, Database, NodeAtLoad, node_type
-from nodes.fitting_sensors import check_fit, misfit
+from nodes.fitting_sensors import check_fit
 
 from .debug_view import debug_view
+from .frame_publisher import STAMP_INPUTS, PointPublisher, detach, product_of, publish_with, warn_about_stamps
+from .frame_writers import FrameWriter, stamps
 from .lidar_frames import cloud_channels, frame_cloud
-from .lidar_writers import FrameWriter, add_writer, stamps
 from .point_clouds import POINT_CLOUD
 from .publishing import check_names, publisher_inputs, topic_name
 
@@ -24,29 +24,6 @@ _FIELDS = {
     "outputRadialVelocityMS": "RadialVelocityMS",
 }
 """Input -> the quantity of `CLOUD_FIELDS` that it adds."""
-
-
-@dataclass(slots=True)
-class _Attached:
-    """What the node holds on to between attaching and stop."""
-
-    product: RenderProduct | None = None
-    writer: FrameWriter | None = None
-    channels: frozenset[str] = frozenset()
-    demanding: bool = False
-    view: Any = None
-    """The writer that draws the debug view."""
-
-
-def _detach(db: Database) -> None:
-    memory = db.memory
-    if memory.product is None:
-        return
-    _demand(db, False)
-    memory.product.writers[:] = [one for one in memory.product.writers if one is not memory.writer]
-    if memory.view is not None:
-        memory.view.detach()
-    memory.product = memory.writer = memory.view = None
 
 
 def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
@@ -64,13 +41,10 @@ def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
         "enabled": Attribute("bool", "if not, nothing is attached; what is attached goes on", default=True),
         **publisher_inputs("radar_point_cloud", frame_id="sim_radar"),
         "renderProductPath": Attribute("token", "path of the radar's render product", role="product"),
-        "resetSimulationTimeOnStop": Attribute(
-            "bool", "stamp with the time since play; if not, with the time that no stop resets", default=True
-        ),
         "showDebugView": Attribute(
             "bool", "draw each cloud into a PNG file, in the folder debug_view of the run's --out", default=False
         ),
-        "useSystemTime": Attribute("bool", "stamp with the wall time of the last physics step", default=False),
+        **STAMP_INPUTS,
         "outputRadialVelocityMS": Attribute(
             "bool", "add radial_velocity_ms [m/s], positive where a detection recedes; needs level BASIC", default=False
         ),
@@ -79,8 +53,8 @@ def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
             "bool", "add the absolute time of each detection [ns], in two words", default=False
         ),
     },
-    memory=_Attached,
-    release=_detach,
+    memory=PointPublisher,
+    release=detach,
     message_type=lambda db: POINT_CLOUD,
 )
 def rtx_radar_helper(db: Database) -> bool:
@@ -89,61 +63,28 @@ def rtx_radar_helper(db: Database) -> bool:
     The settings are read when the publisher is attached, once until stop; a new product path attaches it again. The
     stamp is the time of the update that rendered the frame, to which its pose belongs.
     """
-    inputs, memory = db.inputs, db.memory
-    if not inputs.enabled:
+    from sensors.radar.names import PRIM_TYPE
+
+    if not db.inputs.enabled:
         return False
-    path = inputs.renderProductPath
-    if not path:
-        db.warn("render-product-missing", "renderProductPath is empty; connect it to a render product")
+    product = product_of(db, PRIM_TYPE, "not-a-radar")
+    if product is None:
         return False
-    product = memory.product
-    if product is None or product.path != path or db.app.rendering.products.get(path) is not product:
-        _detach(db)
-        if not _attach(db, path):
-            return False
-    subscribed = db.app.bus.has_subscribers(memory.writer.topic)
-    if subscribed != memory.demanding:
-        _demand(db, subscribed)
+    if product is not db.memory.product:
+        detach(db)
+        _attach(db, product)
+    db.memory.listen(db.app.bus)
     return True
 
 
-def _attach(db: Database, path: str) -> bool:
-    from graph.sim.scene.prim_paths import prim_at
-    from sensors.radar.names import PRIM_TYPE
-
+def _attach(db: Database, product: RenderProduct) -> None:
     app, inputs, memory = db.app, db.inputs, db.memory
-    product = app.rendering.products.get(path)
-    if product is None:
-        db.fail(f"there is no render product {path}; connect renderProductPath to one")
-    if problem := misfit(prim_at(app.stage, product.camera_path), product.camera_path, PRIM_TYPE):
-        db.warn("not-a-radar", f"{problem}; nothing is published")
-        return False
-    if inputs.useSystemTime and inputs.resetSimulationTimeOnStop:
-        db.warn(
-            "system-time-never-resets",
-            "useSystemTime stamps with wall time, which resetSimulationTimeOnStop cannot reset",
-        )
+    warn_about_stamps(db)
     fields = tuple(name for option, name in _FIELDS.items() if getattr(inputs, option))
     stamp = stamps(app, system_time=inputs.useSystemTime, reset_on_stop=inputs.resetSimulationTimeOnStop)
     frame_id = inputs.frameId
-    memory.product, memory.channels, memory.demanding = product, cloud_channels(fields), False
-    memory.writer = FrameWriter(
-        app.bus,
-        topic_name(db, product.camera_path),
-        POINT_CLOUD,
-        stamp,
-        lambda frame, at: frame_cloud(frame, fields, at, frame_id),
-    )
-    add_writer(db, product, memory.writer)
+    memory.product, memory.demand = product, {db.path: (cloud_channels(fields), False)}
+    topic = topic_name(db, product.camera_path)
+    writer = FrameWriter(app.bus, topic, POINT_CLOUD, stamp, lambda frame, at: frame_cloud(frame, fields, at, frame_id))
+    publish_with(db, product, writer)
     memory.view = debug_view(db, product, "RtxRadarDebugDrawPointCloud", "omni:sensor:WpmDmat:outputFrameOfReference")
-    return True
-
-
-def _demand(db: Database, wanted: bool) -> None:
-    """Requests the channels that the messages need, or withdraws the request."""
-    memory = db.memory
-    if wanted:
-        memory.product.sensor.require(db.path, memory.channels)
-    elif memory.demanding:
-        memory.product.sensor.release(db.path)
-    memory.demanding = wanted

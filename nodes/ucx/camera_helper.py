@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from graph.node import Attribute, Database, node_type
-from nodes.ros2.camera_helper import HELPER_INPUTS, CameraPublisher, check_camera, detach, send_pictures
+from nodes.ros2.camera_helper import HELPER_INPUTS, check_camera, send_pictures
+from nodes.ros2.frame_publisher import CameraPublisher, detach
 from nodes.ros2.image_messages import IMAGE, image
 
 from .transport import SENT, endpoint_inputs, topic_of

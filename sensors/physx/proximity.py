@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from graph.base.paths import at_or_below
 from graph.sim.transforms import Floats, rigid_part
 from sensors.errors import SensorValueError
 
@@ -137,8 +138,9 @@ class ProximitySensor:
         own = app.fabric.body_of(self.path)
         found: dict[str, None] = {}
         for collider, body in physics.overlapping(pose, half):
-            mine = body == own if body else own is None and within(collider, (self.path,))
-            if not mine and not within(collider, self.exclusions) and not within(body, self.exclusions):
+            mine = body == own if body else own is None and at_or_below(collider, self.path)
+            out = any(at_or_below(path, one) for path in (collider, body) for one in self.exclusions)
+            if not mine and not out:
                 found[body or collider] = None
         return list(found)
 
@@ -159,11 +161,6 @@ def clear_sensors(app: App | None = None) -> None:
     for ends in _registered.pop(app if app is not None else App.current(), {}).values():
         for end in ends:
             end()
-
-
-def within(path: str, roots: Iterable[str]) -> bool:
-    """Whether a path is one of some paths, or below one."""
-    return any(path == root or path.startswith(f"{root}/") for root in roots)
 
 
 def bounds_of(app: App, path: str) -> tuple[Floats, Floats]:

@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from graph.base.paths import at_or_below
 from graph.sim.geometry.surfaces import Mesh, Plane, Solid
 
 from .enclosed import Enclosed, enclosing
@@ -28,7 +29,7 @@ _numbers = itertools.count()
 
 def excluded(path: str, exclude: frozenset[str]) -> bool:
     """Whether a surface is an excluded prim, is below one, or is a copy of one (a point instancer)."""
-    return any(path == other or path.startswith((f"{other}/", f"{other}[")) for other in exclude)
+    return any(at_or_below(path, other) or path.startswith(f"{other}[") for other in exclude)
 
 
 class Standing:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from graph.base.paths import at_or_below
 from graph.sim.scene.scan import Scan
 from graph.sim.scene.stage import Warn
 from graph.sim.usd import EARLIEST, UsdPhysics
@@ -48,7 +49,7 @@ def read_filters(scan: Scan, warn: Warn) -> Filters:
             continue
         for side, path in enumerate((first, second)):
             for collider in scan.colliders:
-                if collider.path == path or collider.path.startswith(f"{path.rstrip('/')}/"):
+                if at_or_below(collider.path, path):
                     tokens.setdefault(collider.path, set()).add((number, side))
     for group in _mechanisms_without_self_collision(scan):
         apart.update(dict.fromkeys(pair for pair in combinations(sorted(group), 2) if not scan.moving.isdisjoint(pair)))
@@ -98,7 +99,7 @@ def _mechanisms_without_self_collision(scan: Scan) -> list[set[str]]:
         ]
         if next((value for value in said if value is not None), True):
             continue
-        start = {body for body in scan.bodies if body == path or body.startswith(f"{path}/")}
+        start = {body for body in scan.bodies if at_or_below(body, path)}
         start |= {body for joint in scan.joints if joint.path == path for body in joint.bodies if body}
         out.append(_jointed(scan, start))
     return out

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from graph.base.paths import at_or_below
 from graph.sim.scene.scan import Scan, scan_stage
 from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
@@ -104,9 +105,7 @@ def _untouched(old: WorldModel, scan: Scan, touched: tuple[str, ...]) -> frozens
 
 def _related(path: str, touched: tuple[str, ...]) -> bool:
     """Whether one of the touched prims is a prim itself, a descendant or an ancestor of it."""
-    return any(
-        path == other or path.startswith(f"{other.rstrip('/')}/") or other.startswith(f"{path}/") for other in touched
-    )
+    return any(at_or_below(path, other) or at_or_below(other, path) for other in touched)
 
 
 def _parts(old: WorldModel, same: frozenset[str]) -> Known:

@@ -39,7 +39,7 @@ class BoxQueries:
     def overlapping(self, pose: Floats, half: Floats) -> list[tuple[str, str]]:
         """The paths of the colliders and of their bodies (empty: static); see `PhysicsEngine.overlapping`."""
         engine = self._engine
-        assert len(engine.positions) >= 0  # geoms are at the present poses of the bodies
+        engine.place_geoms()
         rotation, data = pose[:3, :3], engine.data
         centers = (data.geom_xpos[self._geoms] - pose[:3, 3]) @ rotation
         gaps = np.linalg.norm(centers - np.clip(centers, -half, half), axis=1)

@@ -191,28 +191,26 @@ class MujocoEngine(PhysicsEngine):
     @property
     def positions(self) -> Floats:
         """(B, 3) origins of the bodies in the world [m]; a live view of the engine's memory."""
-        if self._stale:
-            self._refresh()
+        self.place_geoms()
         return self._positions
 
     @property
     def quaternions(self) -> Floats:
         """(B, 4) w, x, y, z of the bodies in the world; a live view of the engine's memory."""
-        if self._stale:
-            self._refresh()
+        self.place_geoms()
         return self._quaternions
 
     @property
     def rotations(self) -> Floats:
         """(B, 3, 3) of the bodies in the world; a live view of the engine's memory."""
-        if self._stale:
-            self._refresh()
+        self.place_geoms()
         return self._rotations
 
-    def _refresh(self) -> None:
-        # mj_step leaves the poses of the state it started from; those of the new state are the kinematics of qpos.
-        mujoco.mj_kinematics(self.model, self.data)
-        self._stale = False
+    def place_geoms(self) -> None:
+        """Brings bodies and geoms to the present state: mj_step leaves the poses of the state it started from."""
+        if self._stale:
+            mujoco.mj_kinematics(self.model, self.data)
+            self._stale = False
 
     @property
     def masses(self) -> Floats:

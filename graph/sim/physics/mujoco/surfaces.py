@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from graph.base.paths import at_or_below
 from graph.sim import transforms
 from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
@@ -74,7 +75,7 @@ class Surfaces:
         the body of the colliders. Zeros end the motion. Returns whether this changed the integrator. Raises ValueError
         if the prim has no colliders.
         """
-        geoms = [number for number, name in enumerate(self._names) if name == path or name.startswith(f"{path}/")]
+        geoms = [number for number, name in enumerate(self._names) if at_or_below(name, path)]
         if not geoms:
             raise ValueError(f"{path} has no colliders")
         self._belts.pop(path, None)
@@ -100,7 +101,7 @@ class Surfaces:
     def take_over(self, old: Surfaces, numbers: dict[int, int]) -> None:
         """Takes over the motions of another model's surfaces; `numbers`: its bodies' numbers in this model."""
         for path, belt in old._belts.items():
-            if belt.body in numbers and any(name == path or name.startswith(f"{path}/") for name in self._names):
+            if belt.body in numbers and any(at_or_below(name, path) for name in self._names):
                 self._belts[path] = replace(belt, body=numbers[belt.body])
         self._find_geoms()
         if self._belts:
@@ -108,7 +109,7 @@ class Surfaces:
 
     def _find_geoms(self) -> None:
         for place, name in enumerate(self._belts):
-            mine = [number for number, geom in enumerate(self._names) if geom == name or geom.startswith(f"{name}/")]
+            mine = [number for number, geom in enumerate(self._names) if at_or_below(geom, name)]
             self._of_geom[mine] = place
 
     def _leave_discrete(self) -> bool:
