@@ -127,34 +127,38 @@ class MujocoEngine(PhysicsEngine):
         Raises RunError, with the body's name, if the simulation has diverged. There is as little Python as possible
         between steps: what it drives out of the processor's caches makes the next step twice as expensive.
         """
-        model, data, counters, advance = self.model, self.data, self._counters, mujoco.mj_step
-        limit = self.drives.limit_forces if self.drives.limited else None
+        monitor = self._monitor
         self._stale = True
         self.taken = 0
-        self._monitor.look_ahead()
         try:
-            for self.taken in range(1, count + 1):
-                if limit is not None:
-                    limit(data)
-                if self._surfaces is None:
-                    advance(model, data)
-                else:
-                    self._surfaces.step(data)
-                if counters[3] or counters[4] or counters[5]:
-                    self.taken -= 1
-                    raise RunError(self._monitor.divergence())
-                for follow in self._after_step:
-                    follow(data)
-            # MuJoCo looks at a state when the next step begins; that may be another update.
-            mujoco.mj_checkPos(model, data)
-            mujoco.mj_checkVel(model, data)
-            if counters[3] or counters[4]:
-                self.taken -= 1
-                raise RunError(self._monitor.divergence())
+            while self.taken < count:
+                steps = min(count - self.taken, monitor.until_look())
+                self._advance(steps)
+                monitor.stepped(steps)
         except mujoco.FatalError as error:
             self.taken -= 1
             raise RunError(f"physics: MuJoCo gave up: {' '.join(str(error).split()).rstrip('.')}") from error
-        self._monitor.look()
+
+    def _advance(self, steps: int) -> None:
+        """Makes so many steps and counts them in `taken`. Raises RunError as `step` does."""
+        model, data, counters, advance = self.model, self.data, self._counters, mujoco.mj_step
+        check_positions, check_velocities = mujoco.mj_checkPos, mujoco.mj_checkVel
+        limit, first = self.drives.limit_forces if self.drives.limited else None, self.taken + 1
+        for self.taken in range(first, first + steps):
+            if limit is not None:
+                limit(data)
+            if self._surfaces is None:
+                advance(model, data)
+            else:
+                self._surfaces.step(data)
+            # MuJoCo looks at a state when the next step begins, which may be another update.
+            check_positions(model, data)
+            check_velocities(model, data)
+            if counters[3] or counters[4] or counters[5]:
+                self.taken -= 1
+                raise RunError(self._monitor.divergence())
+            for follow in self._after_step:
+                follow(data)
 
     def _followers(self) -> Iterator[Callable[[Any], None]]:
         """The parts that must examine the world after each step."""

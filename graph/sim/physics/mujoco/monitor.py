@@ -26,14 +26,14 @@ changed nothing, 6 gave 10 mm more, 200 to 400 gave 160 mm and more.
 FAR = 1e6
 """A body farther than this [m] from the origin has left the scene."""
 
-LOOKS = 64
-"""Calls between two searches for such bodies, and for those that sink: about a second at 60 updates per second."""
+EVERY = 16
+"""Most steps between two looks: after 1, 2, 4, 8, 16, 32, 48 ... steps, however many of them an update makes."""
+
+SEARCHES = 1.0
+"""Least time [s] between two searches for such bodies, and for those that sink."""
 
 HEAVIER = 100.0
 """What bears on a body of so many times less mass presses it in: by about 5 micrometres times the ratio."""
-
-TUMBLES = 8
-"""Calls between two searches for bodies that tumble too fast."""
 
 _KINDS = mujoco.mjtWarning
 _COUNTED = {
@@ -58,33 +58,47 @@ _COUNTED = {
 
 
 class Monitor:
-    """Examines an engine after each call of `step`. Each of its warnings is given once."""
+    """Examines an engine at fixed numbers of steps. Each of its warnings is given once.
+
+    The numbers do not depend on how many steps are made at once, so that a run warns alike whoever watches it.
+    """
 
     def __init__(self, engine: MujocoEngine, warn: Warn) -> None:
         self._engine, self._warn = engine, warn
         self._counters = memoryview(engine.data.warning.number)
         self._iterations = memoryview(engine.data.solver_niter)
-        self._calls = 0
+        self._steps, self._next, self._searched = 0, 1, 0
+        self._ahead = True
         self._solver_told = False
         self._told = set[int]()
         self._spinning = ""
         self._deep: Overlap | None = None
         self._tumbling: Tumbling | None = Tumbling(engine.model, len(engine.body_paths))
 
-    def look_ahead(self) -> None:
-        """Gives warnings about the steps that follow: a body that tumbles too fast stops tumbling in the first."""
-        if self._tumbling is not None and self._calls % TUMBLES == 0:
-            self._check_tumbling(self._tumbling)
+    def until_look(self) -> int:
+        """The number of steps until the next look. At one: warns of a body that stops tumbling in the first of them."""
+        if self._ahead:
+            self._ahead = False
+            if self._tumbling is not None:
+                self._check_tumbling(self._tumbling)
+        return self._next - self._steps
 
-    def look(self) -> None:
-        """Gives warnings about the last steps."""
+    def stepped(self, steps: int) -> None:
+        """Counts steps that were made, up to the next look at the most; looks if it is due."""
+        self._steps += steps
+        if self._steps == self._next:
+            self._next += min(self._steps, EVERY)
+            self._ahead = True
+            self._look()
+
+    def _look(self) -> None:
         counters = self._counters
         if counters[0] or counters[1] or counters[2] or counters[6]:
             self._tell_counted()
         if not self._solver_told and max(self._iterations) >= self._engine.model.opt.iterations:
             self._check_solver()
-        self._calls += 1
-        if self._calls % LOOKS == 0:
+        if (self._steps - self._searched) * self._engine.dt >= SEARCHES:
+            self._searched = self._steps
             self._find_lost()
             self._find_sunk()
 

@@ -123,3 +123,20 @@ def test_balls_and_wheels_may_spin(inertia, spin):
         app.play()
         app.update(steps=60)
         assert told(app, "spin-too-fast") == []
+
+
+@pytest.mark.parametrize(("hz", "loop"), [(240, 60), (240, 30), (240, 240)])
+def test_a_tumble_is_named_with_the_same_numbers_whoever_watches_and_however_long_an_update_is(hz, loop):
+    """10 rad/s about the middle axis turns over within a second; only then are g and the loss large enough."""
+    messages = []
+    for watched in (False, True):
+        with App(physics_hz=hz, loop_hz=loop) as app:
+            app.add_prims({**NO_GRAVITY, "/Top": body((0.01, 0.02, 0.03), (0.01, 10, 0.01))})
+            if watched:
+                app.on("physics_post_step", lambda: None)
+            app.play()
+            app.update(steps=2 * loop)
+            messages += told(app, "spin-too-fast")
+    alone, seen = messages
+    assert alone == seen
+    assert "it turns by 0.048 rad in a step" in alone[1]
