@@ -1,6 +1,7 @@
 # make run    set up what is missing, then run the main example into out/yard
 # make test   set up what is missing, then run every test, on all cores
 # make lint   ruff and mypy;  make bench   the measurements;  make clean   forget .venv and out
+# make peers  install what the measurements compare with
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -13,7 +14,7 @@ COMPILE := $(BIN)/python -m compileall -q graph nodes sensors
 PYTEST :=
 SOURCES := graph nodes sensors tests graphs
 
-.PHONY: run test lint bench clean system-libraries
+.PHONY: run test lint bench peers clean system-libraries
 .DELETE_ON_ERROR:
 
 run: system-libraries $(VENV)/run.stamp
@@ -29,6 +30,11 @@ lint: $(VENV)/dev.stamp
 
 bench: system-libraries $(VENV)/dev.stamp
 	$(BIN)/python tests/benchmarks/run.py
+
+# mujoco-lidar is satisfied with mujoco-core; the package mujoco that it names would replace it with an older engine.
+peers: $(VENV)/dev.stamp
+	$(PIP) install -c $(PINS) --no-build-isolation --editable '.[bench]'
+	$(PIP) install -c $(PINS) --no-deps mujoco-lidar
 
 clean:
 	rm -rf $(VENV) out build dist

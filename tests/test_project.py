@@ -6,6 +6,7 @@ import subprocess
 import sys
 import tomllib
 import zipfile
+from importlib import metadata
 from pathlib import Path
 
 import pytest
@@ -47,6 +48,29 @@ def test_the_pins_lie_within_the_projects_ranges():
         if normalised(line.name) in pins and not line.specifier.contains(pins[normalised(line.name)])
     ]
     assert outside == []
+
+
+def test_the_pins_fit_each_other():
+    """What the pinned versions that are installed here ask for themselves; of the others only `pip` knows."""
+    from packaging.requirements import Requirement
+
+    pins = {normalised(name): version for name, version in PINS.items()}
+    wrong = [
+        f"{one.name} {one.version}: {line}"
+        for one in metadata.distributions()
+        if pins.get(normalised(one.name)) == one.version
+        for line in map(Requirement, one.requires or ())
+        if (line.marker is None or line.marker.evaluate({"extra": ""}))
+        and normalised(line.name) in pins
+        and not line.specifier.contains(pins[normalised(line.name)])
+    ]
+    assert wrong == []
+
+
+def test_no_pin_brings_another_engine_than_ours():
+    """The package mujoco writes into the same folder as mujoco-core, and asks for one exact version of it."""
+    assert "mujoco-core" in PINS
+    assert not {"mujoco", "mujoco-studio"} & set(PINS)
 
 
 def test_the_licence_is_apache_2():

@@ -1,6 +1,6 @@
 """Against what people use instead, on the same work: other lidars over MuJoCo, another binding of Embree, other graphs.
 
-The packages come with the extra `bench`; rows of one that is not installed are left out with a line.
+The packages come with `make peers`; rows of one that is not installed are left out with a line.
 Lidar: 64,000 rays at 10 Hz; the share of the lidar is an update without its physics step.
 """
 
@@ -49,7 +49,7 @@ def measure(quick: bool) -> Iterator[Row]:
 def available(module: str) -> bool:
     """Whether a peer is installed; says so where it is not."""
     if find_spec(module) is None:
-        print(f"  {module} is not installed: pip install -e '.[bench]'")
+        print(f"  {module} is not installed: make peers")
         return False
     return True
 
