@@ -60,7 +60,7 @@ _COUNTED = {
 class Monitor:
     """Examines an engine at fixed numbers of steps. Each of its warnings is given once.
 
-    The numbers do not depend on how many steps are made at once, so that a run warns alike whoever watches it.
+    They do not depend on how many steps an update makes at once, so that subscribers change no warning.
     """
 
     def __init__(self, engine: MujocoEngine, warn: Warn) -> None:

@@ -126,7 +126,7 @@ def test_balls_and_wheels_may_spin(inertia, spin):
 
 
 @pytest.mark.parametrize(("hz", "loop"), [(240, 60), (240, 30), (240, 240)])
-def test_a_tumble_is_named_with_the_same_numbers_whoever_watches_and_however_long_an_update_is(hz, loop):
+def test_subscribers_and_the_length_of_updates_change_no_number_of_a_warning(hz, loop):
     """10 rad/s about the middle axis turns over within a second; only then are g and the loss large enough."""
     messages = []
     for watched in (False, True):
