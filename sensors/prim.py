@@ -116,7 +116,8 @@ def unknown_schemas(names: list[str]) -> list[str]:
 
 
 def write(prim: Usd.Prim, name: str, kind: str, value: Any) -> None:
-    """Sets an attribute; creates it with the USD type `kind` if neither the schema nor the prim has it.
+    """Sets an attribute, numpy's numbers included; creates it with the USD type `kind` if neither the schema nor the
+    prim has it.
 
     Raises SensorValueError for a fraction if the type is a whole number, because USD would truncate it silently, and
     for another value on a prim of an instance, which cannot be edited.
@@ -130,9 +131,13 @@ def write(prim: Usd.Prim, name: str, kind: str, value: Any) -> None:
             f"{prim.GetPath()}: {name} cannot be set, the prim is part of an instance; set it in the instance's asset, "
             "or make the instance instanceable = false"
         )
+    attribute = prim.GetAttribute(name)
+    if attribute:
+        kind = str(attribute.GetTypeName())
+    if isinstance(value, np.generic):
+        value = value.item()
     if kind in ("int", "uint") and value != int(value):
         raise SensorValueError(f"{prim.GetPath()}.{name} is a whole number; {value} does not fit")
-    attribute = prim.GetAttribute(name)
     if not attribute:
         attribute = prim.CreateAttribute(name, Sdf.ValueTypeNames.Find(kind), custom=not name.startswith("omni:"))
     if kind == "float[]":

@@ -39,6 +39,20 @@ def test_names_of_attributes_bring_their_scan_configuration(app):
     assert radar.config.cfar_mode == "4D"
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "read"),
+    [
+        ("scan:s001:rcsTuningCoefficients", (-60.0, 1.0, 0.0), ("rcs_tuning_coefficients", (-60.0, 1.0, 0.0))),
+        ("scan:s001:rcsTuningCoefficients", np.array([-60, 1, 0]), ("rcs_tuning_coefficients", (-60.0, 1.0, 0.0))),
+        ("scan:s001:maxRangeM", np.float32(80), ("max_range_m", 80.0)),
+        ("scan:s001:rBins", np.int64(80), ("r_bins", 80)),
+    ],
+)
+def test_attributes_take_tuples_arrays_and_numbers_of_numpy(app, name, value, read):
+    radar = Radar("/World/Radar", attributes={f"{WPM}{name}": value}, app=app)
+    assert getattr(radar.config.scans[0], read[0]) == read[1]
+
+
 @pytest.mark.parametrize("name", ["IWRL6432AOP", *SUPPORTED_RADAR_CONFIGS])
 def test_a_shipped_configuration_by_name_and_path(app, name):
     radar = Radar.create("/World/Radar", config=name, app=app)
