@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,27 +14,20 @@ from graph.base.errors import RunError, UserError, reason_of
 from graph.base.limits import check
 
 from .bus import topic_name
-from .mcap_source import decoding
+from .recorded_file import RecordedFile, decoding
 from .ros_types import known, register
 from .sources import Entry
 
 
-class BagSource:
+class BagSource(RecordedFile):
     """The CDR messages of the file `path` (.db3), by time, read when they are needed.
 
-    Types that this project does not know come from the file's own definitions, if it has them. `skipped` says which
-    topics cannot be read, and why; `counts`: messages by topic. Raises UserError if the file is not a readable
-    rosbag2 file.
+    Types that this project does not know come from the file's own definitions, if it has them. Raises UserError if the
+    file is not a readable rosbag2 file.
     """
 
     def __init__(self, path: str | Path) -> None:
-        self.name = str(path)
-        self.skipped: dict[str, str] = {}
-        self.counts: dict[str, int] = {}
-        self.provenance: dict[str, str] = {}
-        self.unfinished = ""
-        self._types: dict[str, str] = {}
-        self._start_ns = 0
+        super().__init__(path)
         try:
             _check_tables(Path(path))
             with Reader(Path(path)) as reader:
@@ -44,30 +37,12 @@ class BagSource:
         except Exception as error:  # the reader may raise anything for a damaged file
             raise UserError(f"{path}: not a readable rosbag2 recording ({reason_of(error)})") from None
 
-    def topics(self) -> Mapping[str, str]:
-        """The topics that can be read and their types."""
-        return self._types
-
-    def start_ns(self) -> int:
-        """The time of the first message of the file [ns]."""
-        return self._start_ns
-
-    def __iter__(self) -> Iterator[Entry]:
-        return self.read()
-
-    def read(self, topics: Collection[str] | None = None) -> Iterator[Entry]:
-        """The messages of these topics (default: of all)."""
-        wanted = {topic: name for topic, name in self._types.items() if topics is None or topic in topics}
-        if not wanted:
-            return
+    def _read(self, wanted: Mapping[str, str]) -> Iterator[Entry]:
         with Reader(Path(self.name)) as reader:
             chosen = [one for one in reader.connections if wanted.get(topic_name(one.topic)) == one.msgtype]
             for connection, time_ns, data in self._undamaged(reader, chosen):
                 load = decoding(data, connection.msgtype, self.name)
                 yield Entry(time_ns, topic_name(connection.topic), connection.msgtype, load, size=len(data))
-
-    def close(self) -> None:
-        """Does nothing: a reader lives as long as its iteration."""
 
     def _undamaged(self, reader: Reader, connections: list[Any]) -> Iterator[tuple[Any, int, bytes]]:
         try:
@@ -79,12 +54,7 @@ class BagSource:
         self._start_ns = reader.start_time if reader.message_count else 0
         for connection in reader.connections:
             topic = topic_name(connection.topic)
-            if why := _unreadable(connection):
-                self.skipped[topic] = why
-            elif self._types.setdefault(topic, connection.msgtype) != connection.msgtype:
-                self.skipped[topic] = f"it also has messages of type {connection.msgtype}"
-            else:
-                self.counts[topic] = self.counts.get(topic, 0) + connection.msgcount
+            self._note(topic, connection.msgtype, connection.msgcount, _unreadable(connection))
 
 
 def _check_tables(path: Path) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -11,8 +11,9 @@ from graph.base.limits import OverLimit, check
 
 from .bus import topic_name
 from .mcap_records import Summary, messages, read_metadata, read_summary
+from .recorded_file import RecordedFile, decoding
 from .recovery import MAGIC, scan
-from .ros_types import deserialize, known, least_part, register
+from .ros_types import known, register
 from .sources import Entry
 
 NOT_FINISHED = "the recording was not finished, so it has no index; rebuild it: graph recover FILE"
@@ -22,24 +23,18 @@ ENCODING = "cdr"
 SCHEMAS = "ros2msg"
 
 
-class McapSource:
+class McapSource(RecordedFile):
     """The CDR messages of the MCAP file `path`, by log time, read when they are needed, never all at once.
 
-    Types that this project does not know come from the file's own definitions. `skipped` says which topics cannot be
-    read, and why; `counts`: messages by topic; `provenance`: the file's metadata of that name; `channels`: the metadata
-    of each topic's channel. whole: refuse a file that was not finished; otherwise its whole chunks are read, and
-    `unfinished` says so. Raises UserError if the file is not a readable MCAP file.
+    Types that this project does not know come from the file's own definitions. `provenance`: the file's metadata of
+    that name; `channels`: the metadata of each topic's channel. whole: refuse a file that was not finished; otherwise
+    its whole chunks are read, and `unfinished` says so. Chunks without a wanted topic are not read. Raises UserError
+    if the file is not a readable MCAP file.
     """
 
     def __init__(self, path: str | Path, *, whole: bool = True) -> None:
-        self.name = str(path)
-        self.skipped: dict[str, str] = {}
-        self.counts: dict[str, int] = {}
-        self.provenance: dict[str, str] = {}
+        super().__init__(path)
         self.channels: dict[str, dict[str, str]] = {}
-        self.unfinished = ""
-        self._types: dict[str, str] = {}
-        self._start_ns = 0
         self._summary: Any = None
         self._defined = 0
         self._files: list[BinaryIO] = []
@@ -55,22 +50,7 @@ class McapSource:
         except Exception as error:  # the reader may raise anything for a damaged file
             raise UserError(f"{path}: {_why_unreadable(Path(path), error)}") from None
 
-    def topics(self) -> Mapping[str, str]:
-        """The topics that can be read and their types."""
-        return self._types
-
-    def start_ns(self) -> int:
-        """The log time of the first message of the file [ns]."""
-        return self._start_ns
-
-    def __iter__(self) -> Iterator[Entry]:
-        return self.read()
-
-    def read(self, topics: Collection[str] | None = None) -> Iterator[Entry]:
-        """The messages of these topics (default: of all); chunks without any of them are not read."""
-        wanted = {topic: name for topic, name in self._types.items() if topics is None or topic in topics}
-        if not wanted:
-            return
+    def _read(self, wanted: Mapping[str, str]) -> Iterator[Entry]:
         summary = self._summary
         channels = {
             number: (topic_name(channel.topic), summary.schemas[channel.schema_id].name)
@@ -115,12 +95,7 @@ class McapSource:
             schema = summary.schemas.get(channel.schema_id)
             why = self._unreadable(channel.message_encoding, schema)
             topic = topic_name(channel.topic)
-            if why or schema is None:
-                self.skipped[topic] = why
-            elif self._types.setdefault(topic, schema.name) != schema.name:
-                self.skipped[topic] = f"it also has messages of type {schema.name}"
-            else:
-                self.counts[topic] = self.counts.get(topic, 0) + summary.counts.get(number, 0)
+            if self._note(topic, schema.name if schema else "", summary.counts.get(number, 0), why):
                 self.channels.setdefault(topic, dict(channel.metadata))
 
     def _unreadable(self, encoding: str, schema: Any) -> str:
@@ -164,20 +139,3 @@ def _why_unreadable(path: Path, error: Exception) -> str:
     if not path.stat().st_size:
         return "the file is empty; nothing was recorded"
     return f"not a whole MCAP recording ({reason_of(error)})"
-
-
-def decoding(data: bytes, type_name: str, name: str) -> Callable[[], Any]:
-    """The decoder of the CDR bytes of messages in the file `name`; it raises RunError for damaged bytes."""
-
-    def load() -> Any:
-        part = least_part(type_name)
-        try:
-            what = f"a message of type {type_name} may hold {len(data) // max(part, 1):,} texts and messages"
-            check("recording.parts", len(data) // part if part else 0, what)
-            return deserialize(data, type_name)
-        except OverLimit as error:
-            raise RunError(f"{name}: {error}") from error
-        except Exception as error:
-            raise RunError(f"{name}: a message of type {type_name} cannot be decoded ({reason_of(error)})") from error
-
-    return load

@@ -12,8 +12,8 @@ from typing import Any
 
 from graph.base.errors import RunError, reason_of
 from graph.sim.messages.bus import MessageBus, Topic
-from graph.sim.messages.mcap_source import decoding
 from graph.sim.messages.message import Message
+from graph.sim.messages.recorded_file import decoding
 
 from .inbox import Inbox, Received
 from .transport import NotSentError, Outgoing, Transport

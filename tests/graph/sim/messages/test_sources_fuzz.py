@@ -14,7 +14,8 @@ from graph.base import limits
 from graph.base.errors import RunError, UserError
 from graph.session.message_sources import open_sources
 from graph.sim.messages.bus import MessageBus
-from graph.sim.messages.mcap_source import McapSource, decoding
+from graph.sim.messages.mcap_source import McapSource
+from graph.sim.messages.recorded_file import decoding
 from graph.sim.messages.recording import McapSink
 from graph.sim.messages.ros_fields import from_plain
 from graph.sim.messages.ros_types import least_part, register, serialize
