@@ -28,10 +28,10 @@ UNSET: Any = _Unset()
 Role = Literal["", "topic", "stamp", "frame", "sensor", "product", "command", "timeline time", "loop time"]
 """What an attribute means to the scheduler, the checks and the reports, none of which knows a node type by name.
 
-Inputs: "topic": the topic that the node publishes on; "stamp": the time [s] in its messages' headers; "frame": a
-coordinate frame that its messages name; "sensor": the prims that it renders; "product": the path of a render product:
-in a post-render graph, each new frame of it triggers the node's first unconnected execution input; "command": what a
-controller is to do, which a stop clears in the profile isaacsim-6.0.1.
+Inputs: "topic": the topic that the node publishes on; "stamp": the time [s] in its messages' headers, of several inputs
+in the first that has one; "frame": a coordinate frame that its messages name; "sensor": the prims that it renders;
+"product": the path of a render product: in a post-render graph, each new frame of it triggers the node's first
+unconnected execution input; "command": what a controller is to do, which a stop clears in the profile isaacsim-6.0.1.
 
 Outputs: "product": the path of the render product that the node creates; "timeline time", "loop time": a clock other
 than the one that sensor stamps use.

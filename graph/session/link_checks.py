@@ -45,12 +45,11 @@ def _stamp_notes(links: Links) -> Iterator[Note]:
     for node, incoming in links.into.items():
         names = {link.input for link in incoming}
         publishes = node.type.inputs_as("topic") and any(link.execution for link in incoming)
-        for stamp in node.type.inputs_as("stamp") if publishes else ():
-            if stamp in names or node.get(stamp):
-                continue
+        stamps = node.type.inputs_as("stamp") if publishes else ()
+        if stamps and not any(stamp in names or node.get(stamp) for stamp in stamps):
             yield (
                 "timestamp-unconnected",
-                f"{node.path}.inputs:{stamp}",
+                f"{node.path}.inputs:{stamps[0]}",
                 "nothing gives it a time, so all its messages are stamped 0; connect "
                 "IsaacReadSimulationTime.simulationTime",
             )

@@ -109,7 +109,7 @@ def _links(node_type: NodeType, name: str, parts: Parts) -> Iterator[tuple[str, 
             yield "product.renderProductPath", f"{name}.renderProductPath"
         else:
             yield "tick.tick", start
-        yield from ((_TIME, f"{name}.{stamp}") for stamp in node_type.inputs_as("stamp"))
+        yield from ((_TIME, f"{name}.{stamp}") for stamp in node_type.inputs_as("stamp")[:1])
     if ends:
         yield f"{name}.{'execOut' if 'execOut' in ends else ends[0]}", "count.execIn"
 

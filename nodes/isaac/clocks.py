@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from graph.base.exact import nanoseconds
 from graph.node import Attribute, Database, node_type
+from graph.values.precision import single
 
 if TYPE_CHECKING:
     from graph.sim import App
@@ -164,10 +165,15 @@ def stamp_ns(app: App, seconds: float) -> int:
     """A time given as a float, as exact nanoseconds.
 
     A float that equals one of the App's clocks (simulation, monotonic, external time) means that clock; its rational
-    time gives the stamp. Any other float is rounded to the nearest nanosecond.
+    time gives the stamp. So does the float32 of a clock, such as the sensorTime of a reading, while a float32 tells
+    physics steps apart. Any other float is rounded to the nearest nanosecond.
     """
     simulation = app.simulation
-    for exact in (simulation.time, simulation.monotonic_time, app.external_time):
+    clocks = (simulation.time, simulation.monotonic_time, app.external_time)
+    for exact in clocks:
         if seconds == float(exact):
+            return nanoseconds(exact)
+    for exact in clocks:
+        if seconds == single(float(exact)) and abs(seconds - exact) * simulation.steps_per_second < 1 / 4:
             return nanoseconds(exact)
     return nanoseconds(Fraction(seconds))

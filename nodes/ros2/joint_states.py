@@ -46,7 +46,11 @@ class _Joints(Publisher):
             "float", "metres in a unit, for joints that slide; 0 leaves values", default=0.0
         ),
         "sensorTime": Attribute(
-            "float", "stamp of the message where timeStamp is 0 and not connected", default=0.0, unit="s"
+            "float",
+            "stamp of the message where timeStamp is 0 and not connected",
+            default=0.0,
+            unit="s",
+            role="stamp",
         ),
     },
     memory=partial(_Joints, JOINT_STATE),

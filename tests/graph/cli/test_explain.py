@@ -458,6 +458,24 @@ graphs:
     assert traps == {("timestamp-unconnected", "/World/G/bare.inputs:timeStamp")}
 
 
+def test_a_publisher_with_the_time_of_its_reading_is_no_trap(explain):
+    text = """\
+tickgraph: 1
+scene: {prims: {/World/Box: {type: Cube, rigid_body: true}}}
+graphs:
+  /World/G:
+    nodes:
+      tick: OnPlaybackTick
+      joints: {type: IsaacReadJointState, inputs: {prim: /World/Box}}
+      states: {type: ROS2PublishJointState, inputs: {jointNames: [a]}}
+    connections:
+      - tick.tick -> joints.execIn
+      - joints.execOut -> states.execIn
+      - joints.sensorTime -> states.sensorTime
+"""
+    assert "timestamp-unconnected" not in {trap["code"] for trap in explain(text)["traps"]}
+
+
 def test_knobs_and_inputs_are_overridden_as_in_a_run(explain, folder, graph):
     assert explain(HEAD + ONE)["clocks"]["physics_hz"] == 240
     told = explain(HEAD + ONE, "--fidelity", "physics.hz=120", "--set", "cloud.topicName=other")

@@ -192,3 +192,52 @@ def test_a_laser_scan_carries_the_time_of_its_first_ray(drive, motion, header):
 def test_times_of_a_frozen_lidar_that_moves_are_reported_to_be_nominal(drive, motion, time, codes):
     app = drive(10, motion=motion, time=time, updates=3)
     assert [one.code for one in app.warnings if one.code == "frozen-times-nominal"] == codes
+
+
+READINGS = """\
+nodes:
+  tick: OnPlaybackTick
+  imu: {{type: IsaacReadIMU, inputs: {{imuPrim: /World/Box/Imu}}}}
+  felt: {{type: ROS2PublishImu, inputs: {{frameId: imu}}}}
+  joints: {{type: IsaacReadJointState, inputs: {{prim: /World/Arm}}}}
+  states: ROS2PublishJointState
+connections:
+  - tick.tick -> [imu.execIn, joints.execIn]
+  - imu.execOut -> felt.execIn
+  - imu.sensorTime -> felt.timeStamp
+  - joints.execOut -> states.execIn
+  - joints.jointNames -> states.jointNames
+  - joints.sensorTime -> states.{input}
+"""
+BODIES = """\
+tickgraph: 1
+scene:
+  prims:
+    /World/Box: {type: Cube, size: 1, rigid_body: true, mass: 1}
+    /World/Box/Imu: {type: IsaacImuSensor}
+    /World/Arm: {schemas: PhysicsArticulationRootAPI}
+    /World/Arm/Link: {type: Cube, size: 1, translate: [9, 0, 0], rigid_body: true, mass: 1}
+    /World/Arm/joint: {type: PhysicsRevoluteJoint, attributes: {physics:body1: /World/Arm/Link}}
+clock: {physics_hz: 60, loop_hz: 60}
+graphs:
+  /G:
+"""
+
+
+@pytest.mark.parametrize("stamp", ["sensorTime", "timeStamp"])
+def test_the_time_of_a_reading_stamps_to_the_nanosecond_though_it_is_a_float32(tmp_path, stamp):
+    """1/30 s is 33,333,333 ns; its float32 is 33,333,335.07 ns."""
+    from graph.sim import App
+    from graph.sim.messages.bus import MemorySink
+
+    path = tmp_path / "graph.yaml"
+    lines = READINGS.format(input=stamp).splitlines()
+    path.write_text(BODIES + "".join(f"    {line}\n" for line in lines))
+    sink = MemorySink()
+    with App.from_file(path) as app:
+        assert [warning.code for warning in app.warnings] == []
+        app.bus.subscribe(sink)
+        app.play()
+        app.update(3)
+    assert [one.message.header.stamp.nanosec for one in sink["/imu"]] == [33_333_333, 50_000_000]
+    assert [one.message.header.stamp.nanosec for one in sink["/joint_states"]] == [16_666_667, 33_333_333, 50_000_000]
