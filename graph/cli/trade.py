@@ -98,7 +98,6 @@ def run(args: argparse.Namespace) -> int:
         Pool(study.scene, interrupted=lambda: bool(received)) as pool,
     ):
         outcome = conduct(study, pool, progress)
-    files = _write(outcome, args.out) if args.out else []
     best = outcome.recommended if outcome.complete else None
     if args.json:
         from graph.trade.outputs import as_dict
@@ -106,6 +105,7 @@ def run(args: argparse.Namespace) -> int:
         say_json(as_dict(outcome))
     else:
         _print(outcome)
+    files = _write(outcome, args.out) if args.out else []
     if args.write and best is not None:
         from graph.trade.outputs import chosen
         from graph.trade.writing import write_block
@@ -199,6 +199,8 @@ def _budget(options: list[str]) -> dict[str, float]:
             if not equals:
                 raise ValueError("write it as METRIC=VALUE")
             unit = known_metric(name).unit
+            if name in budget:
+                raise ValueError("the metric is given twice; leave one of them out")
             try:
                 bound = float(text)
             except ValueError:

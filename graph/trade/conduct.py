@@ -18,7 +18,7 @@ from graph.base.errors import Problem, RunError, UserError
 from .errors import Errors
 from .jobs import Clock, Compare, Judge, Keep, Present
 from .metrics import COSTS, METRICS
-from .outcome import CRASHED, OK, Outcome, Row
+from .outcome import CRASHED, OK, REFUSED, Outcome, Row
 from .study import Study, refined, text_of
 from .trial import Measured
 from .workers import Crashed, Pool
@@ -35,9 +35,9 @@ Progress = Callable[[int, int], None]
 def conduct(study: Study, pool: Pool, progress: Progress) -> Outcome:
     """Measures everything. progress(done, total) counts runs.
 
-    If the pool is interrupted, what was measured by then is the outcome. Raises UserError for what cannot be run, for
-    knobs that nothing reads and for a budget of metrics that the scene does not give, RunError if the reference fails,
-    KeyboardInterrupt if it was interrupted before there was anything to compare with.
+    If the pool is interrupted, what was measured by then is the outcome. Raises UserError for a refused file or
+    reference, for knobs that nothing reads and for a budget of metrics that the scene does not give, RunError if the
+    reference fails, KeyboardInterrupt if it was interrupted before there was anything to compare with.
     """
     study = replace(study, refined=refined(study.reference, pool.one(Present())))
     total = 1 + (study.refined is not None) + len(study.settings) * (1 + study.repeat)
@@ -70,6 +70,8 @@ def _with_reference(study: Study, pool: Pool, place: Path, count: Callable[[], N
         found[number] = result
         count()
     first = found[0]
+    if isinstance(first, Crashed) and first.problems:
+        raise UserError(first.problems)
     if isinstance(first, Crashed) or first.status:
         why = first.why if isinstance(first, Crashed) else first.ended
         raise RunError(f"the reference ({text_of(study.reference)}) fails: {why}; choose another with --reference")
@@ -131,13 +133,17 @@ def _measure(outcome: Outcome, pool: Pool, reference: Path, count: Callable[[], 
     for number, found in pool.results(jobs, at_once=True):
         row = rows[number]
         if isinstance(found, Crashed):
-            row.status, row.why = CRASHED, found.why
+            row.status, row.why = _status(found), found.why
         else:
             measured, errors = found
             row.status, row.why = measured.status or OK, measured.ended
             row.warnings = measured.warnings
             row.errors = errors if row.status == OK else {}
         count()
+
+
+def _status(found: Crashed) -> str:
+    return REFUSED if found.problems else CRASHED
 
 
 def _time(outcome: Outcome, pool: Pool, start: float, place: Path, count: Callable[[], None]) -> None:
@@ -150,7 +156,7 @@ def _time(outcome: Outcome, pool: Pool, start: float, place: Path, count: Callab
         for number, timed in pool.results(jobs):
             row = able[number]
             if isinstance(timed, Crashed):
-                row.status, row.why = CRASHED, timed.why
+                row.status, row.why = _status(timed), timed.why
             elif timed.ended:  # beyond the measured time, for timing starts later
                 row.status, row.why = "unstable", timed.ended
             else:

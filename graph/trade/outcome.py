@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
+from typing import Any
 
 from .errors import Errors, Horizon
 from .meter import PARTS, Cost
@@ -15,7 +16,8 @@ from .metrics import COSTS, ERRORS, LEADING, METRICS
 from .study import Setting, Study
 from .trial import Timed
 
-OK, UNSTABLE, FAILED, CRASHED, UNFINISHED = "ok", "unstable", "failed", "crashed", "unfinished"
+OK, UNSTABLE, FAILED, REFUSED = "ok", "unstable", "failed", "refused"
+CRASHED, UNFINISHED = "crashed", "unfinished"
 
 
 @dataclass(slots=True)
@@ -96,6 +98,19 @@ class Outcome:
     def _varies(self, metric: str) -> bool:
         values = {value for row in self.rows if (value := row.errors.get(metric)) is not None}
         return len(values) > 1
+
+    @property
+    def idle(self) -> tuple[str, ...]:
+        """The knobs whose values change no error: settings that differ in nothing else have the same errors."""
+        return tuple(name for name in self.study.varied if self._changes_nothing(name))
+
+    def _changes_nothing(self, knob: str) -> bool:
+        alike: dict[tuple[Any, ...], list[Errors]] = {}
+        for row in self.rows:
+            others = tuple(value for name, value in row.setting.items() if name != knob)
+            alike.setdefault(others, []).append(row.errors if row.status == OK else {})
+        compared = [errors for errors in alike.values() if len(errors) > 1]
+        return bool(compared) and all(first and one == first for first, *others in compared for one in others)
 
     def doubt(self, metric: str) -> float:
         """By how much the reference differs from its refinement: smaller errors mean nothing.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -66,15 +67,11 @@ def plan_settings(varied: Mapping[str, Sequence[Any]], base: Setting | None = No
 
     base: a value for each varied knob. Raises UserError for more than `MOST_SETTINGS`.
     """
+    number = math.prod(map(len, varied.values())) if base is None else 1 + sum(map(len, varied.values()))
+    if number > MOST_SETTINGS:
+        hint = ", or --one-at-a-time" if base is None and len(varied) > 1 else ""
+        raise UserError(f"--vary: {number:,} settings are too many (most: {MOST_SETTINGS:,}); give fewer values{hint}")
     if base is None:
-        number = 1
-        for values in varied.values():
-            number *= len(values)
-        if number > MOST_SETTINGS:
-            raise UserError(
-                f"--vary: {number:,} settings are too many (most: {MOST_SETTINGS:,}); give fewer values, or "
-                "--one-at-a-time"
-            )
         return tuple(dict(zip(varied, values, strict=True)) for values in product(*varied.values()))
     found = [dict(base)]
     for name, values in varied.items():
@@ -111,6 +108,8 @@ def read_values(options: Iterable[str], flag: str) -> dict[str, Any]:
         try:
             if not equals or not text:
                 raise ValueError("write it as KEY=VALUE")
+            if name in found:
+                raise ValueError("the knob is given twice; leave one of them out")
             found[name] = read_value(name, text)
         except ValueError as error:
             problems.append(Problem(f"{flag} {option}: {error}"))
@@ -168,7 +167,9 @@ def word(value: Any) -> str:
         return "on" if value else "off"
     if isinstance(value, Fraction):
         return shortest(value)
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    if isinstance(value, float) and float(short := f"{value:g}") == value:
+        return short
+    return str(value)
 
 
 def text_of(setting: Setting) -> str:

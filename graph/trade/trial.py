@@ -12,6 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import RunError
+from graph.base.exact import shortest
+from graph.base.limits import check
 from graph.sim.fidelity import KNOBS, Fidelity
 from sensors.channels import STABLE_IDS
 
@@ -68,7 +70,7 @@ class Timed:
 
 
 def measure(scene: Scene, setting: Setting, duration: Fraction) -> Measured:
-    """Runs a setting and records its bodies and sensors. Raises UserError for what cannot be opened."""
+    """Runs a setting and records its bodies and sensors. Raises UserError for what cannot be opened, or never ends."""
     from graph.sim.messages.bus import CountingSink
 
     found, read = Measured(), set(CLOCKS)
@@ -76,6 +78,8 @@ def measure(scene: Scene, setting: Setting, duration: Fraction) -> Measured:
     told = replace(scene, settings={**scene.settings, STABLE_IDS: True})  # ids of prims, to match returns by
     with _playing(told, setting) as session:
         app = session.app
+        updates = math.ceil(duration * app.loop_rate)
+        check("run.updates", updates, f"--duration {shortest(duration)}: {updates:,} updates")
         app.world.fidelity = _watched(app.fidelity, read)
         readings = ReadingLog(app, float(duration))
         app.bus.subscribe(CountingSink())  # with a reader publishers publish, as they do in a recorded run
@@ -86,7 +90,7 @@ def measure(scene: Scene, setting: Setting, duration: Fraction) -> Measured:
         app.on("physics", lambda: stepping.__setitem__(0, True), -(2**60))
         app.on("physics", lambda: stepping.__setitem__(0, False), 2**60)
         try:
-            for _ in range(math.ceil(duration * app.loop_rate)):
+            for _ in range(updates):
                 app.update()
                 if any(not product.frames for product in app.rendering.products.values()):
                     found.started = 0.0

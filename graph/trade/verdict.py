@@ -43,12 +43,14 @@ def marked(outcome: Outcome, row: Row, metric: str) -> str:
 
 
 def remarks(outcome: Outcome) -> Iterator[str]:
-    """What a reader must know of single settings: why one failed, and its own warnings."""
+    """What a reader must know of single settings: why one failed, its own warnings; and of knobs without effect."""
     for row in outcome.rows:
         if row.why:
             yield f"{row.status}: {text_of(row.setting)}: {row.why}"
         if own := [code for code in row.warnings if code not in outcome.reference_warnings]:
             yield f"warnings: {text_of(row.setting)}: {', '.join(own)}"
+    if outcome.complete:
+        yield from (f"{name} changes no error here: take the cheapest value" for name in outcome.idle)
 
 
 def answer(outcome: Outcome) -> tuple[list[str], Row | None]:

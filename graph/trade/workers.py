@@ -31,10 +31,14 @@ LOOK_S = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Crashed:
-    """The result of a job that failed, or whose process ended."""
+    """The result of a job that failed, that was refused, or whose process ended.
+
+    problems: of one that was refused. ended: whether the process is gone.
+    """
 
     why: str
     ended: bool = True
+    problems: tuple[Problem, ...] = ()
 
 
 class Pool:
@@ -58,16 +62,16 @@ class Pool:
             worker.end()
 
     def one(self, job: Job) -> Any:
-        """The result of a job. Raises UserError as the job does, and RunError if it failed."""
+        """The result of a job. Raises UserError if it was refused, RunError if it failed."""
         [(_, found)] = self.results([job])
         if isinstance(found, Crashed):
-            raise RunError(found.why)
+            raise UserError(found.problems) if found.problems else RunError(found.why)
         return found
 
     def results(self, jobs: Sequence[Job], *, at_once: bool = False) -> Iterator[tuple[int, Any]]:
         """The number and the result of each job, as they are done: one after the other, or several at once.
 
-        Raises UserError as the jobs do; one that fails, or whose process ends, gives `Crashed`.
+        One that fails, is refused (it raises UserError), or whose process ends, gives `Crashed`.
         """
         left = list(enumerate(jobs))[::-1]
         most = min(MOST_WORKERS, os.cpu_count() or 1) if at_once else 1
@@ -112,7 +116,7 @@ class _Worker:
             self._process.join()
             return Crashed(_ending(self._process.exitcode))
         if kind == "wrong":
-            raise UserError(found)
+            return Crashed("; ".join(map(str, found)), ended=False, problems=tuple(found))
         return Crashed(found, ended=False) if kind == "failed" else found
 
     def end(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -76,13 +77,30 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
         """Forgets the rays of an earlier lens; those of this one are made when they are first needed."""
         self._rays: CameraRays | None = None
         self._numbers = PixelNumbers()
-        samples = self._app.fidelity.camera_samples
-        rays = self.config.lens.width * self.config.lens.height * samples
-        check("camera.rays", rays, f"{self.path}: camera.samples {samples:,} make {rays:,} rays an image")
         if self.config.shutter is not None:
             self.look_back(2 * self.config.shutter.duration(self.config.size))
-        self._pictures = Pictures(self.path, self.config, self.exclude, samples)
+        self._pictures: Pictures | None = None
         self._drawn: DrawnCamera | None = None
+
+    def require(
+        self, owner: object, channels: Iterable[str], *, optional: Iterable[str] = (), ignore_aux: bool = False
+    ) -> None:
+        """Requests channels, see `SensorRuntime.require`; UserError for colours of more rays than the limit allows."""
+        super().require(owner, channels, optional=optional, ignore_aux=ignore_aux)
+        if self.requested() & LIT:
+            self._samples()
+
+    def _samples(self) -> int:
+        """The rays of each pixel of a colour picture."""
+        samples, lens = self._app.fidelity.camera_samples, self.config.lens
+        rays = lens.width * lens.height * samples
+        check("camera.rays", rays, f"{self.path}: camera.samples {samples:,} make {rays:,} rays an image")
+        return samples
+
+    def _colours(self) -> Pictures:
+        if self._pictures is None:
+            self._pictures = Pictures(self.path, self.config, self.exclude, self._samples())
+        return self._pictures
 
     def interval(self, tick: Tick) -> tuple[Fraction, Fraction]:
         """The instant of the update; of a rolling shutter the exposure of all lines, which ends then."""
@@ -151,7 +169,7 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
         view = drawn.look(pose, tick.poses, self.exclude)
         images = self._images(view, tick, wanted)
         if RGB in wanted:
-            lighting = self._pictures.lighting(app, world, pose, tick.poses)
+            lighting = self._colours().lighting(app, world, pose, tick.poses)
             if (count := len(lighting.lights)) > drawn.most_lights:
                 said = f"OpenGL shows the {drawn.most_lights} brightest of its {count} lights; camera.backend=rays all"
                 app.warn("lights-left-out", self.path, said)
@@ -162,7 +180,7 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
         """The pose, (4, 4) float64 [m], and channels in demand by rays."""
         app = self._app
         world, lines = cast_world(app), self._lines(tick)
-        lit = bool(wanted & LIT) and self._pictures.samples == 1
+        lit = bool(wanted & LIT) and self._colours().samples == 1
         normals = lit or "normals" in wanted
         shapes = smooth_surfaces(app, world) if normals else {}
         spots = bool(shapes) or (lit and looks_of(app, world).vary)
@@ -170,7 +188,7 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
         smoothen(view, shapes, world, tick.poses)
         images = self._images(view, tick, wanted)
         if wanted & LIT:
-            images += self._lit(self._pictures.radiance(app, view, pose, tick.poses, world, lines), wanted)
+            images += self._lit(self._colours().radiance(app, view, pose, tick.poses, world, lines), wanted)
         if wanted & BOXES:
             labelled = dict(images).get(LABELLED)
             numbers = self._numbered(view, LABELLED) if labelled is None else labelled

@@ -176,6 +176,71 @@ def test_a_setting_that_diverges_is_a_row(graph, folder):
     assert "errors count up to" in result.out
 
 
+def test_a_setting_that_is_refused_is_a_row_and_a_refinement_that_is_leaves_the_reference_unchecked(graph, folder):
+    """In the experience zero_delay updates and physics steps are one."""
+    (folder / "one.yaml").write_text(BALL.replace("loop_hz: 60", "loop_hz: 60, experience: zero_delay"))
+    result = graph(
+        "trade", "one.yaml", *("--vary", "physics.hz=60,120", "--reference", "physics.hz=60", "--repeat", "1")
+    )
+    assert result.code == 0, result.err
+    assert "refused: physics.hz=120: " in result.out
+    assert "the reference is unchecked: it does not run at physics.hz=120" in result.out
+    result = graph("trade", "one.yaml", *("--vary", "physics.hz=60,120", "--repeat", "1"))
+    assert (result.code, result.out) == (2, "")
+    assert "zero_delay" in result.err
+
+
+def test_what_never_ends_is_refused(graph, ball):
+    """1e12 s at 60 Hz."""
+    result = graph("trade", ball, "--vary", "physics.hz=60", "--duration", "1e12")
+    assert result.code == 2
+    assert result.err.startswith(
+        "graph: --duration 1000000000000: 60,000,000,000,000 updates; the limit is 1,000,000,000"
+    )
+
+
+def test_an_option_that_is_given_twice_is_refused(graph, ball):
+    options = ("--budget", "body.position_max=1", "--budget", "body.position_max=2")
+    result = graph("trade", ball, "--vary", "physics.hz=60", *options)
+    assert result.code == 2
+    assert result.err == "graph: --budget body.position_max=2: the metric is given twice; leave one of them out\n"
+
+
+DEPTH = """\
+tickgraph: 1
+scene: {prims: {/Camera: {type: Camera}, /Wall: {type: Cube, translate: [0, 0, -5]}}}
+graphs:
+  /Graph:
+    nodes:
+      tick: OnPlaybackTick
+      product: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /Camera, width: 16, height: 8}}
+      depth: {type: ROS2CameraHelper, inputs: {type: depth, topicName: depth, frameId: camera}}
+    connections:
+      - tick.tick -> product.execIn
+      - product.execOut -> depth.execIn
+      - product.renderProductPath -> depth.renderProductPath
+"""
+
+
+def test_a_camera_whose_depth_alone_is_read_does_not_read_the_samples_of_its_colours(graph, folder):
+    (folder / "depth.yaml").write_text(DEPTH)
+    result = graph("trade", "depth.yaml", "--vary", "camera.samples=1,4", "--duration", "0.1", "--repeat", "1")
+    assert result.code == 2
+    assert result.err.startswith("graph: --vary camera.samples: nothing in this file reads this knob")
+    (folder / "colours.yaml").write_text(DEPTH.replace("type: depth,", "type: rgb,"))
+    result = graph("trade", "colours.yaml", "--vary", "camera.samples=1,4", "--duration", "0.1", "--repeat", "1")
+    assert result.code == 0, result.err
+
+
+def test_a_folder_that_cannot_be_written_in_the_end_costs_no_figure(graph, ball, folder):
+    (folder / "out/trade.json").mkdir(parents=True)
+    options = ("--vary", "physics.hz=60,120", "--repeat", "1", "--duration", "0.1", "--out", "out")
+    result = graph("trade", ball, *options)
+    assert result.code == 1
+    assert "position_max" in result.out
+    assert result.err == "graph: --out out: Is a directory; the figures are above\n"
+
+
 def test_a_reference_that_diverges_is_an_error(graph, folder):
     (folder / "wild.yaml").write_text(
         "tickgraph: 1\nscene:\n  prims:\n    /Wild: {type: Sphere, rigid_body: true, velocity: [1e11, 0, 0]}\n"

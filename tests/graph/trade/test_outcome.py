@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -21,6 +22,7 @@ from graph.trade.sights import same_targets, values_of
 from graph.trade.states import Trajectory
 from graph.trade.study import Scene, Study
 from graph.trade.trial import Measured, Timed
+from graph.trade.verdict import remarks
 
 METRIC = "lidar.range_p99"
 
@@ -124,6 +126,19 @@ def test_the_nearest_exceeds_the_budget_least(rows):
     found = outcome(rows, {METRIC: 0.3, "cost.wall": 1.0})
     assert found.recommended is None
     assert found.nearest is rows[0]  # 0.3 is within, 1.1 s is 10 % over
+
+
+def test_a_knob_changes_no_error_where_settings_that_differ_in_it_alone_have_the_same():
+    def at(bins, tlas, error):
+        return Row({"lidar.bins": bins, "tlas": tlas}, OK, errors={METRIC: error}, timed=timed(1.0))
+
+    rows = [at(1, "sensor", 0.3), at(1, "frame", 0.3), at(2, "sensor", 0.1), at(2, "frame", 0.1)]
+    found = outcome(rows)
+    found = replace(found, study=replace(found.study, varied={"lidar.bins": (1, 2), "tlas": ("sensor", "frame")}))
+    assert found.idle == ("tlas",)
+    assert [*remarks(found)] == ["tlas changes no error here: take the cheapest value"]
+    rows[3].errors[METRIC] = 0.2
+    assert found.idle == ()
 
 
 def test_an_unstable_setting_is_never_recommended(rows):

@@ -74,6 +74,21 @@ def test_a_grid_that_would_never_end_is_refused():
         plan_settings({name: tuple(range(11)) for name in ("a", "b", "c")})
 
 
+def test_single_changes_that_would_never_end_are_refused_too():
+    with pytest.raises(UserError, match="1,001 settings are too many"):
+        plan_settings({"a": tuple(range(1000))}, {"a": 0})
+
+
+def test_a_knob_of_the_reference_is_given_once():
+    with pytest.raises(UserError, match=r"^--reference lidar.bins=4: the knob is given twice; leave one of them out$"):
+        read_values(["lidar.bins=2", "lidar.bins=4"], "--reference")
+
+
+def test_a_number_is_written_with_all_its_digits():
+    """The block to paste is the setting that was measured."""
+    assert [word(0.5), word(1e-08), word(0.0012345678)] == ["0.5", "1e-08", "0.0012345678"]
+
+
 def test_a_reference_is_refined_by_a_step_of_each_knob():
     setting = {"physics.hz": Fraction(480), "mesh.tolerance": 0.001, "tlas": "sensor", "lidar.motion": "continuous"}
     assert refined(setting, Fidelity()) == {
