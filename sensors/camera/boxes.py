@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graph.sim.geometry.collect import Mesh
+from graph.sim.geometry.collect import Mesh, Solid
+from graph.sim.transforms import from_usd, transformed
 from sensors.raycast.alone import cast_alone
 from sensors.raycast.shared import cast_world
 from sensors.raycast.world import CastWorld
-from sensors.surfaces.semantics import labels_of
 
 from .channels import AROUND, BOX, BOX_2D, BOX_3D, LABELLED, LOOSE, TIGHT
 from .config import CameraConfig
-from .entities import entities_of
+from .entities import entities_of, lineage
 from .view import View
 
 if TYPE_CHECKING:
@@ -89,19 +89,9 @@ def _prims(app: App, world: CastWorld) -> list[_Prim]:
         for number, path in entities.paths.items():
             surfaces = tuple(np.flatnonzero(entities.numbers[:-1] == number).tolist())
             nested = any(other != path and other.startswith(f"{path}/") for other in entities.paths.values())
-            above = _has_labels_above(app.stage, path)
-            known.append(_Prim(number, surfaces, len(surfaces) == 1 and not nested and not above))
+            known.append(_Prim(number, surfaces, len(surfaces) == 1 and not nested and entities.layers[number] == 1))
         world.cache["camera boxes"] = known
     return list(known)
-
-
-def _has_labels_above(stage: Any, path: str) -> bool:
-    prim = stage.GetPrimAtPath(path.partition("[")[0]).GetParent()
-    while prim and not prim.IsPseudoRoot():
-        if labels_of(prim):
-            return True
-        prim = prim.GetParent()
-    return False
 
 
 def visible_boxes(numbers: np.ndarray, width: int) -> dict[int, tuple[tuple[int, int, int, int], int]]:
@@ -155,7 +145,7 @@ def _boxes_3d(app: App, prims: list[_Prim], ratio: Mapping[int, float], poses: A
     rows = []
     paths = entities_of(app, LABELLED).paths
     for one in prims:
-        frame = _frame(app, paths[one.number], poses)
+        frame = _frame(app, one, paths[one.number], poses)
         low, high = _extent(app, one, frame, poses)
         rows.append((one.number, *low, *high, frame.T, ratio.get(one.number, np.nan)))
     out = np.zeros(len(rows), BOX_3D)
@@ -164,9 +154,31 @@ def _boxes_3d(app: App, prims: list[_Prim], ratio: Mapping[int, float], poses: A
     return out
 
 
-def _frame(app: App, path: str, poses: Any) -> np.ndarray:
-    """(4, 4) float64, prim to world, stage units; of a copy, which is not a prim, the world's."""
-    return np.eye(4) if "[" in path else np.asarray(app.fabric.world_matrix(path, poses), np.float64)
+def _frame(app: App, one: _Prim, path: str, state: Any) -> np.ndarray:
+    """(4, 4) float64, prim to world, stage units; of a copy, which is not a prim, that of its surfaces."""
+    if "[" not in path:
+        return np.asarray(app.fabric.world_matrix(path, state), np.float64)
+    world = cast_world(app)
+    number = one.surfaces[0] if one.surfaces else -1
+    surface = world.surfaces[number]
+    if not isinstance(surface, Mesh) or surface.frame is None:
+        return np.eye(4)
+    owner = next(prim for place, prim in lineage(app.stage, surface) if place == path)
+    found = surface.frame @ np.linalg.inv(_inside(owner, app.stage.GetPrimAtPath(surface.source)))
+    poses, body = world.body_poses(state), world.body_of[number]
+    if body >= 0 and poses is not None:
+        found = poses[body] @ found
+    found[:3] /= app.meters_per_unit
+    return np.asarray(found)
+
+
+def _inside(owner: Any, prim: Any) -> np.ndarray:
+    """(4, 4), from the space of a prim to that of one above it."""
+    from graph.sim.usd import UsdGeom
+
+    cache = UsdGeom.XformCache()
+    ways = [from_usd(cache.GetLocalToWorldTransform(each)) for each in (owner, prim)]
+    return np.asarray(np.linalg.inv(ways[0]) @ ways[1])
 
 
 def _extent(app: App, prim: _Prim, frame: np.ndarray, state: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -175,7 +187,18 @@ def _extent(app: App, prim: _Prim, frame: np.ndarray, state: Any) -> tuple[np.nd
     meshes = [number for number in prim.surfaces if isinstance(world.surfaces[number], Mesh)]
     if not meshes:
         return np.zeros(3), np.zeros(3)
+    to_prim = np.linalg.inv(frame) @ np.diag([*(1 / app.meters_per_unit,) * 3, 1.0])
     poses = world.body_poses(state)
-    points = np.concatenate([world.vertices(number, poses, state) for number in meshes]) / app.meters_per_unit
-    local = (points - frame[:3, 3]) @ np.linalg.inv(frame[:3, :3]).T
-    return local.min(axis=0), local.max(axis=0)
+    ends = [_ends(world, number, to_prim, poses, state) for number in meshes]
+    return np.min([low for low, _ in ends], axis=0), np.max([high for _, high in ends], axis=0)
+
+
+def _ends(
+    world: CastWorld, number: int, to_prim: np.ndarray, poses: np.ndarray | None, state: Any
+) -> tuple[np.ndarray, np.ndarray]:
+    """The least and greatest coordinates of a surface after `to_prim` (4, 4) from the world [m]; exact for solids."""
+    surface, body = world.surfaces[number], world.body_of[number]
+    if isinstance(surface, Solid):
+        return surface.form.placed(to_prim if body < 0 or poses is None else to_prim @ poses[body]).bounds()
+    points = transformed(to_prim, world.vertices(number, poses, state))
+    return points.min(axis=0), points.max(axis=0)

@@ -73,13 +73,13 @@ def _fisheye(config: CameraConfig) -> dict[str, Any]:
     polynomial = np.zeros(6, np.float32)
     if ftheta is not None:
         polynomial[: len(ftheta.coefficients)] = ftheta.coefficients
-    centre = (lens.cx * ftheta.scale, lens.cy * ftheta.scale) if ftheta else (0.0, 0.0)
+    centre = (lens.cx / lens.fx, lens.cy / lens.fy) if ftheta else (0.0, 0.0)
     return {
         "cameraFisheyeLensP": np.array(prism.p if prism else (0.0,) * 2, np.float32),
         "cameraFisheyeLensS": np.array(prism.s if prism else (0.0,) * 4, np.float32),
         "cameraFisheyeMaxFOV": float(np.rad2deg(2 * ftheta.most)) if ftheta else 0.0,
-        "cameraFisheyeNominalHeight": round(lens.height * ftheta.scale) if ftheta else 0,
-        "cameraFisheyeNominalWidth": round(lens.width * ftheta.scale) if ftheta else 0,
+        "cameraFisheyeNominalHeight": round(lens.height / lens.fy) if ftheta else 0,
+        "cameraFisheyeNominalWidth": round(lens.width / lens.fx) if ftheta else 0,
         "cameraFisheyeOpticalCentre": np.array(centre, np.float32),
         "cameraFisheyePolynomial": polynomial,
     }

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,12 +21,14 @@ if TYPE_CHECKING:
 class Entities:
     """Entities of one kind. numbers: (n + 1,) uint32, that of each surface, last 0 for nothing.
 
-    paths: of the prim of each number. labels: the labels of each number.
+    paths: of the prim of each number. labels: the labels of each number. layers: how many prims at or above that of a
+    number have labels.
     """
 
     numbers: np.ndarray
     paths: Mapping[int, str]
     labels: Mapping[int, Labels]
+    layers: Mapping[int, int] = field(default_factory=dict)
 
 
 def entities_of(app: App, kind: str) -> Entities:
@@ -41,14 +43,12 @@ def entities_of(app: App, kind: str) -> Entities:
 
 def _instances(app: App, surfaces: Sequence[Any]) -> Entities:
     """Each prim, copy of a prim and subset by itself, in the order of their paths."""
-    paths = [str(surface.path) for surface in surfaces]
-    return _numbered(app, paths, paths)
+    return _numbered(app, surfaces, [str(surface.path) for surface in surfaces])
 
 
 def _labelled(app: App, surfaces: Sequence[Any]) -> Entities:
     """Each labelled prim with what has no label of its own below it."""
-    owners = [_owner(app.stage, surface) for surface in surfaces]
-    return _numbered(app, owners, [owner for owner in owners if owner])
+    return _numbered(app, surfaces, [_owner(app.stage, surface) for surface in surfaces])
 
 
 def _semantic(app: App, surfaces: Sequence[Any]) -> Entities:
@@ -58,40 +58,53 @@ def _semantic(app: App, surfaces: Sequence[Any]) -> Entities:
 _READ = {INSTANCE: _instances, LABELLED: _labelled, SEMANTIC: _semantic}
 
 
-def _numbered(app: App, owners: Sequence[str], paths: Sequence[str]) -> Entities:
-    number = {path: place for place, path in enumerate(sorted(set(paths)), start=FIRST)}
+def _numbered(app: App, surfaces: Sequence[Any], owners: Sequence[str]) -> Entities:
+    """Numbers the owners of surfaces in the order of their paths; an empty owner has no number."""
+    first = {owner: surface for owner, surface in zip(reversed(owners), reversed(surfaces), strict=True) if owner}
+    known = dict(enumerate(sorted(first), start=FIRST))
+    number = {path: place for place, path in known.items()}
     numbers = np.array([*(number.get(owner, 1) for owner in owners), 0], np.uint32)
-    known = {place: path for path, place in number.items()}
-    return Entities(numbers, known, {place: joined_labels(app.stage, path) for place, path in known.items()})
+    found = {place: _joined(app.stage, first[path]) for place, path in known.items()}
+    labels = {place: each for place, (each, _) in found.items()}
+    return Entities(numbers, known, labels, {place: layers for place, (_, layers) in found.items()})
+
+
+def lineage(stage: Any, surface: Any) -> Iterator[tuple[str, Any]]:
+    """(path, prim) of a surface's prim and of all above it, the nearest first.
+
+    A copy's prims are those of its prototype, with the paths that they have in the copy; above the prototype's root the
+    path stays that of the copy. The point instancer and the prims above it follow.
+    """
+    copy, bracket, below = str(surface.path).rpartition("]")
+    starts = [str(surface.source or surface.path)]
+    if bracket:
+        starts.append(copy.partition("[")[0])
+    seen = set()
+    for start in starts:
+        prim = stage.GetPrimAtPath(start)
+        while prim and not prim.IsPseudoRoot() and prim.GetPath() not in seen:
+            seen.add(prim.GetPath())
+            yield f"{copy}]{below}" if bracket else str(prim.GetPath()), prim
+            prim, below = prim.GetParent(), below.rpartition("/")[0]
 
 
 def _owner(stage: Any, surface: Any) -> str:
-    """The nearest prim with labels at or above what a surface's shape comes from; a copy is one of its own."""
-    path = str(surface.path)
-    instancer, bracket, _ = path.partition("[")
-    prim = stage.GetPrimAtPath(str(surface.source or path))
-    while prim and not prim.IsPseudoRoot():
-        if labels_of(prim):
-            return path if bracket else str(prim.GetPath())
-        prim = prim.GetParent()
-    if bracket:
-        prim = stage.GetPrimAtPath(instancer)
-        while prim and not prim.IsPseudoRoot():
-            if labels_of(prim):
-                return path
-            prim = prim.GetParent()
-    return ""
+    """The nearest prim with labels at or above what a surface's shape comes from; empty if there is no such prim."""
+    return next((path for path, prim in lineage(stage, surface) if labels_of(prim)), "")
 
 
-def joined_labels(stage: Any, path: str) -> Labels:
-    """The labels of a prim and of all above it; several of one taxonomy as "parent, child"."""
+def _joined(stage: Any, surface: Any) -> tuple[Labels, int]:
+    """The labels of a surface's prim and of all above it, several of one taxonomy as "parent, child"; and how many of
+    these prims have any.
+    """
     found: Labels = {}
-    prim = stage.GetPrimAtPath(path.partition("[")[0])
-    while prim and not prim.IsPseudoRoot():
-        for taxonomy, label in labels_of(prim).items():
+    layers = 0
+    for _, prim in lineage(stage, surface):
+        labels = labels_of(prim)
+        layers += bool(labels)
+        for taxonomy, label in labels.items():
             found[taxonomy] = f"{label}, {found[taxonomy]}" if taxonomy in found else label
-        prim = prim.GetParent()
-    return found
+    return found, layers
 
 
 class PixelNumbers:

@@ -15,23 +15,45 @@ OPTIONS: Mapping[str, Any] = {"semanticTypes": None, "semanticFilter": None}
 def kept_labels(labels: Labels, options: Mapping[str, Any]) -> Labels:
     """Those of a prim's labels that the options let through: all of them by default.
 
-    semanticTypes: names of taxonomies. semanticFilter: "class:car|truck; shape:*" lets labels through that a clause
-    names; * stands for any text. Raises SensorValueError for a filter without a colon.
+    semanticTypes: names of taxonomies. semanticFilter: "class:car & !red | truck; shape:*" lets a taxonomy through if
+    any clause names it and its expression holds: ! binds strongest, then &, then |; a comma is a | between labels, or a
+    ; before taxonomy:label; * stands for any text. Raises SensorValueError for a filter without a colon.
     """
     types: Iterable[str] | None = options.get("semanticTypes")
     kept = labels if types is None else {name: label for name, label in labels.items() if name in set(types)}
     text = options.get("semanticFilter")
     if not text:
         return kept
-    clauses = []
-    for clause in str(text).split(";"):
-        kind, colon, names = clause.partition(":")
-        if not colon:
-            raise SensorValueError(f"semanticFilter {text!r}: {clause.strip()!r} is not taxonomy:label")
-        clauses += [(kind.strip(), name.strip()) for name in names.split("|")]
+    clauses = _clauses(str(text))
     return {name: label for name, label in kept.items() if _named(name, label, clauses)}
+
+
+def _clauses(text: str) -> list[tuple[str, str]]:
+    """(taxonomy, expression) pairs of a filter, of which any may hold."""
+    found: list[tuple[str, str]] = []
+    for segment in text.split(";"):
+        own: list[tuple[str, str]] = []
+        for part in segment.split(",") if segment.strip() else ():
+            kind, colon, expression = part.partition(":")
+            if colon:
+                own.append((kind.strip(), expression.strip() or "*"))
+            elif own:
+                own[-1] = own[-1][0], f"{own[-1][1]}|{part}"
+            else:
+                raise SensorValueError(f"semanticFilter {text!r}: {part.strip()!r} is not taxonomy:label")
+        found += own
+    return found
 
 
 def _named(taxonomy: str, label: str, clauses: Iterable[tuple[str, str]]) -> bool:
     parts = [part.strip() for part in label.split(",")]
-    return any(fnmatchcase(taxonomy, kind) and any(fnmatchcase(part, name) for part in parts) for kind, name in clauses)
+    return any(fnmatchcase(taxonomy, kind) and _holds(expression, parts) for kind, expression in clauses)
+
+
+def _holds(expression: str, labels: Iterable[str]) -> bool:
+    def factor(text: str) -> bool:
+        name = text.strip()
+        there = any(fnmatchcase(label, name.removeprefix("!").strip()) for label in labels)
+        return there != name.startswith("!")
+
+    return any(all(map(factor, term.split("&"))) for term in expression.split("|") if term.strip())

@@ -211,25 +211,25 @@ class FisheyeLens(Lens):
 class FthetaLens(Lens):
     """The f-theta polynomial of Omniverse: the angle to the axis [rad] is k0 + k1 r + k2 r^2 + ... of the radius r.
 
-    r in pixels of the nominal image, of which a pixel here is `scale`. most: the largest angle that is imaged [rad].
+    r in pixels of the nominal image: fx and fy are the pixels here for one of these. most: the largest angle that is
+    imaged [rad].
     (The sources do not agree which way round the polynomial goes; only this one makes sense of its default k1.)
     """
 
     coefficients: tuple[float, ...] = (0.0, 0.00245)
-    scale: float = 1.0
     most: float = np.deg2rad(100.0)
 
     def angle(self, radius: Floats) -> Floats:
-        """The angle to the axis [rad] of radii [px]."""
-        nominal, total = radius * self.scale, np.zeros_like(radius)
+        """The angle to the axis [rad] of radii [nominal px]."""
+        total = np.zeros_like(radius)
         for coefficient in reversed(self.coefficients):
-            total = total * nominal + coefficient
+            total = total * radius + coefficient
         return total
 
     @cached_property
     def fold(self) -> tuple[float, float]:
-        """Radius [px] and angle [rad] up to which the angle grows, and not beyond `most`."""
-        radius = np.linspace(0.0, 4.0 * np.hypot(self.width, self.height), 200_001)
+        """Radius [nominal px] and angle [rad] up to which the angle grows, and not beyond `most`."""
+        radius = np.linspace(0.0, 4.0 * np.hypot(self.width / self.fx, self.height / self.fy), 200_001)
         angle = self.angle(radius)
         end = np.flatnonzero(~(np.diff(angle) > 0) | (angle[1:] > self.most))
         last = end[0] if len(end) else len(radius) - 1
@@ -242,28 +242,27 @@ class FthetaLens(Lens):
         radius = self._radius(np.arctan2(level, z))
         with np.errstate(invalid="ignore", divide="ignore"):
             share = np.where(level > 0, radius / level, 0.0)
-        return x * share / self.fx, y * share / self.fy
+        return x * share, y * share
 
     def straighten(self, x: Floats, y: Floats) -> Floats:
         """As the base."""
-        u, v = x * self.fx, y * self.fy
-        radius = np.hypot(u, v)
+        radius = np.hypot(x, y)
         angle = np.where(radius <= self.fold[0], self.angle(radius), np.nan)
         with np.errstate(invalid="ignore", divide="ignore"):
             share = np.where(radius > 0, np.sin(angle) / radius, 0.0)
-        return np.stack([u * share, v * share, np.cos(angle)])
+        return np.stack([x * share, y * share, np.cos(angle)])
 
     def _radius(self, angle: Floats) -> Floats:
-        """The radius [px] of angles: Newton's method; not a number beyond the fold."""
+        """The radius [nominal px] of angles: Newton's method; not a number beyond the fold."""
         slopes = tuple(power * one for power, one in enumerate(self.coefficients))[1:]
         most, last = self.fold
         radius = angle / (last / most) if last > 0 else np.zeros_like(angle)
         for _ in range(NEWTON_STEPS):
-            nominal, slope = radius * self.scale, np.zeros_like(radius)
+            slope = np.zeros_like(radius)
             for one in reversed(slopes):
-                slope = slope * nominal + one
+                slope = slope * radius + one
             with np.errstate(invalid="ignore", divide="ignore"):
-                step = np.where(slope > 0, (self.angle(radius) - angle) / (slope * self.scale), 0.0)
+                step = np.where(slope > 0, (self.angle(radius) - angle) / slope, 0.0)
             radius = np.clip(radius - step, 0.0, most)
             if not np.abs(step).max(initial=0.0) > TOLERANCE * most:
                 break

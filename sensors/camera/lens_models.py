@@ -86,7 +86,7 @@ def distorting_lens(prim: Usd.Prim, size: tuple[int, int], files: ImageFiles) ->
     most = float(np.deg2rad(values["maxFov"]) / 2)
     if model == "ftheta":
         coefficients = tuple(values[f"k{number}"] for number in range(5))
-        return FthetaLens(*size, 1.0, 1.0, *centre, coefficients, 1 / across, most)
+        return FthetaLens(*size, across, down, *centre, coefficients, most)
     if model == "radTanThinPrism":
         return _prism(prim, model, values, (*size, across, down, *centre), most)
     return FisheyeLens(*size, across, down, *centre, tuple(values[f"k{number}"] for number in range(4)), most)

@@ -36,8 +36,9 @@ class Light:
 
     color: (3,) float32. Of a `far` light color is what it brings to a surface that faces it [lux], and `place` (3,) its
     unit direction. Of any other place is its middle [m, from the camera]; it brings the sum over its patches of color
-    times cos(incidence) / d^2, and for `flat` ones times the cosine at the light, on whose side `axis` (3,) points; one
-    that is `carried` by the camera brings color times cos(incidence).
+    times cos(incidence) / d^2, and for `flat` ones times the cosine at the light, on whose side `axis` (3,) points, for
+    `long` ones times the sine of the angle to `axis`, along which they lie; one that is `carried` by the camera brings
+    color times cos(incidence).
     patches: (m, 3) [m, from the camera]. cone: about axis: the cosine of its half angle, its soft share, and the power
     of the cosine by which it fades to its edge; or None. shadows: whether it casts any.
     """
@@ -48,6 +49,7 @@ class Light:
     axis: np.ndarray
     far: bool = False
     flat: bool = False
+    long: bool = False
     carried: bool = False
     cone: tuple[float, float, float] | None = None
     shadows: bool = True
@@ -140,6 +142,8 @@ def irradiance(light: Light, points: np.ndarray, normals: np.ndarray) -> tuple[n
             cosine /= squared * squared
         else:
             cosine /= squared * np.sqrt(squared)
+            if light.long:
+                cosine *= np.sqrt(np.maximum(1 - _dot(light.axis, way) ** 2 / squared, np.float32(0)))
         total += cosine
         if len(light.patches) > 1:
             mean += cosine * patch[:, None]
@@ -203,15 +207,16 @@ def _disk(values: _Inputs, matrix: np.ndarray) -> Light:
 
 
 def _cylinder(values: _Inputs, matrix: np.ndarray) -> Light:
-    """Points along its axis (x), each sending out what the cylinder's mean cross section does."""
+    """Points along its axis (x), each as bright as the strip that a piece of it is from the side; its ends are dark."""
     radius, length = values.input("radius", 0.5), values.input("length", 1.0)
     lengths = _lengths(matrix)
     radius, whole = radius * float(lengths[1:].mean()), length * float(lengths[0])
     area = 2 * np.pi * radius * whole
-    power = area / 4 / (area if values.normalized() and area else 1.0)  # a convex body shows a quarter of its surface
+    power = 2 * radius * whole / (area if values.normalized() and area else 1.0)
     local = np.array([(length * ((step + 0.5) / STRATA - 0.5), 0.0, 0.0) for step in range(STRATA)])
     color = values.radiance() * np.float32(power / STRATA)
-    return Light(color, matrix[:3, 3].astype(np.float32), _placed(matrix, local), -_unit(matrix[:3, 2]))
+    place = matrix[:3, 3].astype(np.float32)
+    return Light(color, place, _placed(matrix, local), _unit(matrix[:3, 0]), long=True)
 
 
 def _area(values: _Inputs, matrix: np.ndarray, local: np.ndarray, area: float) -> Light:

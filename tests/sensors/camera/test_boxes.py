@@ -5,7 +5,7 @@ Boxes hold the first and the last column and row whose pixel centres are covered
 
 import numpy as np
 import pytest
-from pxr import Gf, UsdGeom
+from pxr import Gf, Usd, UsdGeom
 
 from graph.sim import App
 from sensors.replicator import get_annotator
@@ -94,6 +94,58 @@ def test_a_box_in_space_is_the_extent_in_the_axes_of_the_prim_and_its_pose():
     )
     expected = [[0, 1, 0, 0], [-2, 0, 0, 0], [0, 0, 3, 0], [1, 0, -5, 1]]
     np.testing.assert_allclose(box["transform"], expected, atol=1e-6)
+
+
+def test_the_box_in_space_of_a_round_solid_ends_where_the_solid_does():
+    """A ball of radius 0.3 about (0, 0.3, 0), under a prim turned by 30 deg and stretched to (2, 1, 1)."""
+    with weightless() as app:
+        parent = UsdGeom.Xform.Define(app.stage, "/World/Tree")
+        parent.AddTranslateOp().Set(Gf.Vec3d(*ahead(0, 0, 9)))
+        parent.AddRotateYOp().Set(30.0)
+        parent.AddScaleOp().Set(Gf.Vec3f(2, 1, 1))
+        top = UsdGeom.Sphere.Define(app.stage, "/World/Tree/Top")
+        top.CreateRadiusAttr(0.3)
+        top.AddTranslateOp().Set(Gf.Vec3d(0, 0.3, 0))
+        label(app, "/World/Tree", "tree")
+        [space] = look(app, add_camera(app), "bounding_box_3d")
+    [row] = space["data"]
+    sides = [float(row[name]) for name in ("x_min", "y_min", "z_min", "x_max", "y_max", "z_max")]
+    assert sides == pytest.approx([-0.3, 0.0, -0.3, 0.3, 0.6, 0.3], abs=1e-5)
+
+
+@pytest.mark.parametrize("unit", [1.0, 0.01])
+def test_each_copy_of_a_labelled_prototype_is_an_entity(unit):
+    """Two trees of two prims, the second turned by a quarter about z and twice as wide: x goes to 2 y, y to -x."""
+    stage = Usd.Stage.CreateInMemory()
+    UsdGeom.SetStageMetersPerUnit(stage, unit)
+    with App(stage) as app:
+        path = "/World/Forest"
+        forest = UsdGeom.PointInstancer.Define(app.stage, path)
+        forest.AddTranslateOp().Set(Gf.Vec3d(0.5 / unit, 0, 0))
+        UsdGeom.Xform.Define(app.stage, f"{path}/Tree")
+        for name, size, height in (("Crown", 0.6, 0.3), ("Trunk", 0.3, -0.3)):
+            add_box(app, f"{path}/Tree/{name}", size / unit, (0, height / unit, 0))
+        label(app, f"{path}/Tree", "tree")
+        label(app, f"{path}/Tree/Trunk", "trunk")
+        forest.CreatePrototypesRel().SetTargets([f"{path}/Tree"])
+        forest.CreateProtoIndicesAttr([0, 0])
+        forest.CreatePositionsAttr([(-1 / unit, 2 / unit, -9 / unit), (1 / unit, 2 / unit, -9 / unit)])
+        forest.CreateOrientationsAttr([Gf.Quath(1, 0, 0, 0), Gf.Quath(0.70710678, 0, 0, 0.70710678)])
+        forest.CreateScalesAttr([(1, 1, 1), (2, 1, 1)])
+        names = "instance_segmentation", "semantic_segmentation", "bounding_box_3d"
+        seen, classes, space = look(app, add_camera(app, far=1e9), *names)
+    trees = [f"{path}[{number}]{part}" for number in (0, 1) for part in ("", "/Trunk")]
+    assert list(seen["info"]["idToLabels"].values()) == ["BACKGROUND", *trees]
+    semantics = [found["class"] for found in seen["info"]["idToSemantics"].values()]
+    assert semantics == ["BACKGROUND", "tree", "tree, trunk", "tree", "tree, trunk"]
+    assert [found["class"] for found in classes["info"]["idToLabels"].values()] == ["BACKGROUND", "tree", "trunk"]
+    second = by_path(space)[f"{path}[1]"]
+    turned = np.array([(0, 2, 0, 0), (-1, 0, 0, 0), (0, 0, 1, 0), (1.5 / unit, 2 / unit, -9 / unit, 1)])
+    np.testing.assert_allclose(second["transform"], turned, atol=1e-3)  # Quath has 11 binary digits
+    sides = [float(second[name]) * unit for name in ("x_min", "y_min", "z_min", "x_max", "y_max", "z_max")]
+    assert sides == pytest.approx([-0.3, 0.0, -0.3, 0.3, 0.6, 0.3], abs=1e-5)
+    trunk = by_path(space)[f"{path}[1]/Trunk"]["transform"][3, :3] * unit
+    assert trunk == pytest.approx((1.8, 2.0, -9.0), abs=1e-3)
 
 
 def test_boxes_in_space_are_given_all_round_too():

@@ -127,6 +127,9 @@ def test_a_child_without_label_belongs_to_what_is_labelled_above_it():
         ({"semanticTypes": ["shape"]}, {"1": {"class": "UNLABELLED"}, "2": {"shape": "flat"}}),
         ({"semanticFilter": "class:b*|c; shape:none"}, {"1": {"class": "UNLABELLED"}, "2": {"class": "box"}}),
         ({"semanticFilter": "*:*"}, {"2": {"class": "box"}, "3": {"shape": "flat"}}),
+        ({"semanticFilter": "class:!box; shape:!box"}, {"1": {"class": "UNLABELLED"}, "2": {"shape": "flat"}}),
+        ({"semanticFilter": "class:b* & !bin | none"}, {"1": {"class": "UNLABELLED"}, "2": {"class": "box"}}),
+        ({"semanticFilter": "class:none, box, shape:*"}, {"2": {"class": "box"}, "3": {"shape": "flat"}}),
     ],
 )
 def test_a_filter_decides_which_labels_count(options, labels):

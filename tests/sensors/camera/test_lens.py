@@ -87,6 +87,14 @@ def test_ftheta_is_an_angle_for_a_radius():
     np.testing.assert_allclose(u - 970.9424, [213.7138, 427.4276, 641.1414], atol=5e-5)
 
 
+def test_ftheta_counts_its_radius_in_pixels_of_the_nominal_image_along_both_sides():
+    """192 x 120 shown at 192 x 240: a pixel down is half a nominal one. theta = 0.02 r: r = 40 is 0.8 rad."""
+    lens = FthetaLens(192, 240, 1.0, 2.0, 96.0, 120.0, coefficients=(0.0, 0.02))
+    right, low = lens.unproject(np.array([[136.0, 96.0], [120.0, 200.0]])).T
+    np.testing.assert_allclose(right, (np.sin(0.8), 0, np.cos(0.8)), atol=1e-12)
+    np.testing.assert_allclose(low, (0, np.sin(0.8), np.cos(0.8)), atol=1e-12)
+
+
 @pytest.mark.parametrize("lens", [Lens(640, 480, 500.0, 500.0, 320.0, 240.0), HAWK, FISHEYE, FTHETA, PRISM, ARIA])
 @given(u=st.floats(0, 1), v=st.floats(0, 1))
 def test_every_pixel_that_has_a_direction_is_where_that_direction_goes(lens, u, v):

@@ -80,6 +80,21 @@ def test_a_disk_brings_nearly_what_its_closed_form_says():
     np.testing.assert_allclose(found, 0.18 / np.pi * 628.3185, rtol=5e-3)
 
 
+@pytest.mark.parametrize("normalize", [False, True])
+def test_a_cylinder_shines_as_its_strips_do_and_not_from_its_ends(normalize):
+    """1000 nit, r 0.05, 1 m long, 2 m from the wall: the integral of 2 r L sin(b) cos(a) / d^2 dl is 24.0136 lux, with
+    both angles' factor 2 / d; normalised by the area 2 pi r l without its ends. Four points are 0.25 % off. From its
+    end nothing comes.
+    """
+    lux = 24.0136 / (2 * np.pi * 0.05 if normalize else 1.0)
+    for rotate, share in (((0, 0, 0), 1.0), ((0, 90, 0), 0.0)):
+        with weightless() as app:
+            wall(app)
+            add_light(app, "CylinderLight", rotate=rotate, intensity=1000.0, radius=0.05, normalize=normalize)
+            found = light_ahead(app)
+        np.testing.assert_allclose(found, 0.18 / np.pi * lux * share, rtol=3e-3, atol=1e-6)
+
+
 def test_a_distant_light_of_the_newer_usdlux_is_a_disk_of_radiance():
     """50000 pi sin^2(0.265 deg) = 3.36019 lux."""
     with weightless() as app:
