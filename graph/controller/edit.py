@@ -264,14 +264,14 @@ class Edit:
     def _pairs(self, entry: Any, scope: str) -> list[tuple[tuple[Model, str, str], tuple[Model, str, str]]]:
         if not isinstance(entry, Sequence) or isinstance(entry, str) or len(entry) != 2:
             raise OmniGraphError(f"{shown(entry)} is not a connection; write (source, destination)")
-        sources = self._names.ends(entry[0], scope, "source")
-        targets = self._names.targets(entry[1], scope)
-        return [(sources[0], target) for target in targets]
+        sources = self._names.present_ends(entry[0], scope, "source")
+        targets = self._names.present_ends(entry[1], scope, "target")
+        return [(source, target) for source in sources[:1] for target in targets]
 
     def _set_values(self, entry: Any, scope: str, mark: Mark) -> None:
         written, value, *kind = entry
         self._value_marks.add(id(mark))
-        for model, name, full in self._names.targets(written, scope):
+        for model, name, full in self._names.present_ends(written, scope, "target"):
             node = model.change(name)
             bare = full.partition(":")[2]
             if full.startswith("inputs:") and bare in node.inputs:

@@ -94,15 +94,16 @@ class EditNames:
         inside = [end.rpartition(".") for end in ports[full]]
         return [(model, node, inner) for node, _, inner in inside]
 
-    def targets(self, spec: Any, scope: str) -> list[tuple[Model, str, str]]:
-        """As `ends` of a target, with old attributes under their present names; removed ones are left out.
+    def present_ends(self, spec: Any, scope: str, side: Side) -> list[tuple[Model, str, str]]:
+        """As `ends`, with old attributes under their present names; removed ones are left out.
 
         An attribute that the script made itself is never an old one.
         """
         found = []
-        for model, name, full in self.ends(spec, scope, "target"):
+        default = "outputs" if side == "source" else "inputs"
+        for model, name, full in self.ends(spec, scope, side):
             node = model.nodes.get(name)
-            long = full if full.partition(":")[0] in PREFIXES else f"inputs:{full}"
+            long = full if full.partition(":")[0] in PREFIXES else f"{default}:{full}"
             change = None
             if node is not None and long not in node.attributes:
                 change = changed_attribute(node.type, long, self._graphs.registry)

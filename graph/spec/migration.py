@@ -99,7 +99,7 @@ def migrate(spec: FileSpec, registry: Registry = DEFAULT) -> FileSpec:
 
 
 def _graph(graph: GraphSpec, registry: Registry, notes: Notes) -> GraphSpec:
-    fed = _fed_inputs(graph)
+    linked = _linked(graph)
     types: dict[str, tuple[str, str | None]] = {}
     changes: dict[str, Mapping[str, str]] = {}
     nodes = []
@@ -116,7 +116,7 @@ def _graph(graph: GraphSpec, registry: Registry, notes: Notes) -> GraphSpec:
             notes.add("type-renamed", sentence, node.mark, f"{graph.path}/{node.name}")
             changes[node.name] = dict.fromkeys(gone, "")
             node = _with_type(node, type_id, changes[node.name])
-        renamed = _renamed(node, graph, fed.get(node.name, ()), registry, notes)
+        renamed = _renamed(node, graph, linked.get(node.name, ()), registry, notes)
         if renamed:
             changes[node.name] = {**changes.get(node.name, {}), **renamed}
             node = _with_type(node, node.type, renamed)
@@ -152,13 +152,15 @@ def _with_type(node: NodeSpec, type_id: str, changes: Mapping[str, str]) -> Node
     )
 
 
-def _renamed(node: NodeSpec, graph: GraphSpec, fed: Sequence[str], registry: Registry, notes: Notes) -> dict[str, str]:
-    """The old and the present names of a node's attributes, "" if removed; `fed`: those with a connection."""
+def _renamed(
+    node: NodeSpec, graph: GraphSpec, linked: Sequence[str], registry: Registry, notes: Notes
+) -> dict[str, str]:
+    """The old and the present names of a node's attributes, "" if removed; `linked`: those with a connection."""
     renames = registry.library.renames
     table = renames.RENAMED.get(node.type, {})
     found: dict[str, str] = {}
-    for key in dict.fromkeys((*node.inputs, *fed)) if table or _has_old(node, renames.REMOVED) else ():
-        full = key if ":" in key and key.split(":")[0] in ("inputs", "outputs", "state") else f"inputs:{key}"
+    for key in dict.fromkeys((*node.inputs, *linked)) if table or _has_old(node, renames.REMOVED) else ():
+        full = _full(key)
         change = changed_attribute(node.type, full, registry)
         if change is None:
             continue
@@ -189,19 +191,25 @@ def _has_old(node: NodeSpec, removed: Mapping[str, str]) -> bool:
     return any(f"inputs:{key}" in removed for key in node.inputs)
 
 
-def _fed_inputs(graph: GraphSpec) -> Mapping[str, list[str]]:
-    """The inputs to which connections lead, by node name."""
+def _linked(graph: GraphSpec) -> Mapping[str, list[str]]:
+    """The full names of the attributes that connections join, by node name."""
     found: dict[str, list[str]] = {}
     for one in graph.connections:
-        node, _, attribute = one.target.rpartition(".")
-        found.setdefault(node, []).append(attribute)
+        for end, side in ((one.target, "inputs"), (one.source, "outputs")):
+            node, _, attribute = end.rpartition(".")
+            found.setdefault(node, []).append(_full(attribute, side))
     return found
+
+
+def _full(written: str, side: str = "inputs") -> str:
+    """The name of an attribute with its prefix."""
+    return written if written.startswith(("inputs:", "outputs:", "state:")) else f"{side}:{written}"
 
 
 def _with_names(values: Mapping[str, Any], renamed: Mapping[str, str]) -> dict[str, Any]:
     kept = {}
     for key, value in values.items():
-        full = key if key.startswith(("inputs:", "outputs:", "state:")) else f"inputs:{key}"
+        full = _full(key)
         if full not in renamed:
             kept[key] = value
         elif renamed[full]:
@@ -211,10 +219,18 @@ def _with_names(values: Mapping[str, Any], renamed: Mapping[str, str]) -> dict[s
 
 def _connections(graph: GraphSpec, changes: Mapping[str, Mapping[str, str]]) -> Iterable[ConnectionSpec]:
     for connection in graph.connections:
-        node, _, attribute = connection.target.rpartition(".")
-        full = attribute if ":" in attribute else f"inputs:{attribute}"
-        renamed = changes.get(node, {})
-        if full not in renamed:
+        source = _present(connection.source, "outputs", changes)
+        target = _present(connection.target, "inputs", changes)
+        if (source, target) == (connection.source, connection.target):
             yield connection
-        elif renamed[full]:
-            yield replace(connection, target=f"{node}.{renamed[full]}")
+        elif source and target:
+            yield replace(connection, source=source, target=target)
+
+
+def _present(end: str, side: str, changes: Mapping[str, Mapping[str, str]]) -> str:
+    """An end of a connection with the present name of its attribute; "" if that is gone."""
+    node, _, attribute = end.rpartition(".")
+    new = changes.get(node, {}).get(_full(attribute, side))
+    if new is None:
+        return end
+    return f"{node}.{new}" if new else ""

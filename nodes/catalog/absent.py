@@ -13,6 +13,10 @@ _CURVE = "curves are not deformed here; sensors see them as tubes of their width
 _EXTERNAL = "steps and clocks are not exchanged between processes here; drive App.update() from the other side"
 _WINDOW = "there is no window here"
 _SELECTION = "nobody selects prims here; name them"
+_LIDAR = "use OgnIsaacExtractRTXSensorPointCloud, or ROS2RtxLidarHelper, which publishes"
+_RADAR = "use OgnIsaacExtractRTXSensorPointCloud, or ROS2RtxRadarHelper, which publishes"
+_PRINT = "use graph inspect, which prints a frame of a sensor"
+_TRIGGER = "trigger volumes are not modelled here; use IsaacReadContactSensor, or ProximitySensor of sensors.physx"
 
 ABSENT = {
     "isaacsim.streaming.rtsp.RTSPCameraHelper": _VIDEO,
@@ -21,6 +25,17 @@ ABSENT = {
     "isaacsim.examples.ipc.SimpleReceiveExternalStepPy": _EXTERNAL,
     "isaacsim.examples.ipc.SimpleSendSimulationClockCpp": _EXTERNAL,
     "isaacsim.examples.ipc.SimpleSendSimulationClockPy": _EXTERNAL,
+    "isaacsim.robot.wheeled_robots.AckermannSteering": "use AckermannController",
+    "isaacsim.sensors.physics.IsaacRenderVarToCpuPointer": "use omni.syntheticdata.SdRenderVarPtr",
+    "isaacsim.sensors.rtx.IsaacComputeRTXLidarPointCloud": _LIDAR,
+    "isaacsim.sensors.rtx.IsaacReadRTXLidarData": _LIDAR,
+    "isaacsim.sensors.rtx.IsaacComputeRTXRadarPointCloud": _RADAR,
+    "isaacsim.sensors.rtx.IsaacPrintRTXLidarInfo": _PRINT,
+    "isaacsim.sensors.rtx.IsaacPrintRTXRadarInfo": _PRINT,
+    "isaacsim.util.debug_draw.DebugDrawPointCloud": "use graph view, or showDebugView of ROS2RtxLidarHelper",
+    "omni.isaac.ros_bridge.ROS1Master": "ROS 2 has no master; leave the node out",
+    "omni.isaac.ros_bridge.ROS1ServiceTeleport": "use ROS2ServicePrim, which sets attributes of prims",
+    "omni.physx.graph.OnTriggerCollider": _TRIGGER,
     "isaacsim.replicator.domain_randomization.OgnOnRLFrame": _RL,
     "isaacsim.replicator.domain_randomization.OgnWritePhysicsArticulationView": _RL,
     "isaacsim.replicator.domain_randomization.OgnWritePhysicsRigidPrimView": _RL,

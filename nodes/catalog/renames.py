@@ -57,13 +57,29 @@ _GRIPPER = (
 )
 """Inputs of SurfaceGripper up to Isaac Sim 4.5; they are attributes of an IsaacSurfaceGripper prim now."""
 
+_LENS = ("focalLength", "horizontalAperture", "verticalAperture", "horizontalOffset", "verticalOffset", "stereoOffset")
+"""Inputs of ROS2PublishCameraInfo in version 1; k, r and p hold the lens now."""
+
 RENAMED: Mapping[str, Mapping[str, str]] = {
     "isaacsim.core.nodes.IsaacReadSimulationTime": {},
     "isaacsim.ros2.bridge.ROS2Context": {"inputs:domainId": "inputs:domain_id"},
     "isaacsim.ros2.bridge.ROS2PublishTransformTree": {"inputs:targetPrim": "inputs:targetPrims"},
     "isaacsim.core.nodes.IsaacArticulationController": {"inputs:usePath": ""},
     "isaacsim.core.nodes.IsaacComputeOdometry": {"inputs:robotPrim": "inputs:chassisPrim"},
-    "isaacsim.robot.surface_gripper.SurfaceGripper": {f"inputs:{name}": "" for name in _GRIPPER},
+    "isaacsim.robot.surface_gripper.SurfaceGripper": {f"inputs:{name}": "" for name in _GRIPPER}
+    | {"outputs:Closed": ""},
+    "isaacsim.robot.wheeled_robots.DifferentialController": {
+        "outputs:positionCommand": "",
+        "outputs:effortCommand": "",
+    },
+    "isaacsim.robot.wheeled_robots.HolonomicController": {
+        "inputs:velocityCommands": "inputs:inputVelocity",
+        "outputs:jointPositionCommand": "",
+        "outputs:jointEffortCommand": "",
+    },
+    "isaacsim.sensors.physx.IsaacReadLidarPointCloud": {"outputs:pointCloudData": "outputs:data"},
+    "isaacsim.ros2.bridge.ROS2PublishPointCloud": {"inputs:pointCloudData": "inputs:data"},
+    "isaacsim.ros2.bridge.ROS2PublishCameraInfo": {f"inputs:{name}": "" for name in _LENS},
     "omni.graph.nodes.ConstructArray": {f"inputs:{old}": f"inputs:input{new}" for new, old in enumerate("abcde")},
 }
 """Attributes by present type id: former full name to the present one, "" if it was removed."""

@@ -114,6 +114,77 @@ def test_attributes_are_renamed_and_removed_with_their_connections(registry):
     ]
 
 
+OLD_CLOUD = """\
+tickgraph: 1
+graphs:
+  /World/G:
+    nodes:
+      tick: OnPlaybackTick
+      time: IsaacReadSimulationTime
+      lidar: omni.isaac.range_sensor.IsaacReadLidarPointCloud
+      cloud: omni.isaac.ros2_bridge.ROS2PublishPointCloud
+      drive: {type: omni.isaac.wheeled_robots.DifferentialController, inputs: {wheelRadius: 1, wheelDistance: 1}}
+      joints: omni.isaac.core_nodes.IsaacArticulationController
+    connections:
+      - tick.tick -> [lidar.execIn, drive.execIn, joints.execIn]
+      - lidar.execOut -> cloud.execIn
+      - time.simulationTime -> cloud.timeStamp
+      - lidar.outputs:pointCloudData -> cloud.inputs:pointCloudData
+      - drive.positionCommand -> joints.positionCommand
+      - drive.velocityCommand -> joints.velocityCommand
+      - drive.outputs:effortCommand -> joints.effortCommand
+"""
+
+
+def test_the_outputs_of_old_nodes_are_renamed_or_left_out_with_their_connections(tmp_path):
+    """A lidar's points and a drive's commands as Isaac Sim 2022 called them."""
+    from graph import load_graph
+
+    file = tmp_path / "old.yaml"
+    file.write_text(OLD_CLOUD)
+    spec = load_graph(file).spec
+    data = [f"{one.source} -> {one.target}" for one in spec.graphs[0].connections[5:]]
+    assert data == ["lidar.outputs:data -> cloud.inputs:data", "drive.velocityCommand -> joints.velocityCommand"]
+    said = [message for code, _, message in spec.notes if code.startswith("attribute-")]
+    assert said == [
+        "IsaacReadLidarPointCloud: outputs:pointCloudData is now called outputs:data; the new name is used",
+        "ROS2PublishPointCloud: inputs:pointCloudData is now called inputs:data; the new name is used",
+        "DifferentialController: outputs:positionCommand is gone and is left out; remove it",
+        "DifferentialController: outputs:effortCommand is gone and is left out; remove it",
+    ]
+
+
+def test_a_script_connects_old_outputs_under_their_present_names():
+    from graph import Controller
+
+    keys = Controller.Keys
+    told = []
+    controller = Controller()
+    controller.graphs.context.warn = lambda *warning: told.append(warning)
+    controller.edit(
+        "/World/G",
+        {
+            keys.CREATE_NODES: [
+                ("lidar", "omni.isaac.range_sensor.IsaacReadLidarPointCloud"),
+                ("cloud", "omni.isaac.ros2_bridge.ROS2PublishPointCloud"),
+                ("drive", "omni.isaac.wheeled_robots.DifferentialController"),
+                ("joints", "omni.isaac.core_nodes.IsaacArticulationController"),
+            ],
+            keys.CONNECT: [
+                ("lidar.outputs:pointCloudData", "cloud.inputs:pointCloudData"),
+                ("drive.outputs:effortCommand", "joints.inputs:effortCommand"),
+            ],
+        },
+    )
+    connections = controller.graphs.graphs["/World/G"].spec.connections
+    assert [(one.source, one.target) for one in connections] == [("lidar.outputs:data", "cloud.inputs:data")]
+    assert [code for code, _, _ in told if code.startswith("attribute-")] == [
+        "attribute-renamed",
+        "attribute-renamed",
+        "attribute-removed",
+    ]
+
+
 def test_migrating_twice_says_nothing_more(registry):
     spec = FileSpec(graphs=(GraphSpec("/G", (NodeSpec("c", "omni.isaac.ros2_bridge.ROS2PublishClock"),)),))
     once = migrate(spec, registry)
