@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import pairwise
 
 import numpy as np
 
 from sensors.motion.history import History
-from sensors.raycast.rays import NOTHING, Hits, RayBundle, Spots
+from sensors.raycast.rays import Hits, RayBundle
 from sensors.raycast.world import CastWorld
 
 from .shutter import FORWARD, ORDERS, RollingShutter
@@ -60,20 +61,8 @@ class LineExposure:
             return world.cast(bundle, states[0], normals=normals, spots=spots)
         band_of = self.line_of() * count // lines
         order = np.argsort(band_of, kind="stable")
-        ends = np.searchsorted(band_of[order], np.arange(count + 1))
-        distance = np.full(len(bundle.table), np.inf, np.float32)
-        number = np.full(len(distance), NOTHING, np.uint32)
-        facing = np.zeros((len(distance), 3), np.float32) if normals else None
-        surface_of = np.empty(0, np.int32)
-        where = Spots(number.copy(), np.zeros((len(distance), 2), np.float32)) if spots else None
-        for band, state in enumerate(states):
-            rays = order[ends[band] : ends[band + 1]]
-            offsets = None if bundle.offsets is None else bundle.offsets[rays]
-            part = RayBundle(bundle.origin, np.ascontiguousarray(bundle.table[rays]), offsets, bundle.exclude)
-            hits = world.cast(part, state, normals=normals, spots=spots)
-            distance[rays], number[rays], surface_of = hits.distance, hits.number, hits.surface_of
-            if facing is not None and hits.normals is not None:
-                facing[rays] = hits.normals
-            if where is not None and hits.spots is not None:
-                where.triangle[rays], where.uv[rays] = hits.spots.triangle, hits.spots.uv
-        return Hits(distance, facing, number, surface_of, where)
+        ends = np.searchsorted(band_of[order], np.arange(count + 1)).tolist()
+        offsets = None if bundle.offsets is None else bundle.offsets[order]
+        sorted_rays = RayBundle(bundle.origin, np.ascontiguousarray(bundle.table[order]), offsets, bundle.exclude)
+        sorted_rays.spans = [sorted_rays.some(slice(*each)) for each in pairwise(ends)]
+        return world.cast(sorted_rays, states, normals=normals, spots=spots).some(np.argsort(order))

@@ -46,7 +46,6 @@ class CameraRays:
         self._turned_by = b""
         self._rotation = np.eye(3)
         self._offsets: np.ndarray | None = None
-        self._cone = _cone(self._local)
         self._grid: RayGrid | None = None
 
     def copies(self, count: int) -> tuple[np.ndarray, list[CameraRays]]:
@@ -59,7 +58,7 @@ class CameraRays:
         for number in range(count):
             one = copy(self)
             one._table, one._world = table[number * rays : (number + 1) * rays], world[number]
-            one._memory, one._turned_by, one._grid = RayMemory(), b"", copy(self.grid())
+            one._memory, one._turned_by, one._grid = RayMemory(), b"", self.grid()
             found.append(one)
         return table, found
 
@@ -77,8 +76,6 @@ class CameraRays:
                 self._offsets = np.ascontiguousarray(self._origins @ rotation.T.astype(np.float32))
         bundle = RayBundle(pose[:3, 3], self._table, self._offsets, exclude, columns=self._world, memory=self._memory)
         self._rotation = rotation
-        axis, angle = self._cone
-        bundle.cone = rotation @ axis, angle
         if grid:
             bundle.grid = self.grid()
         return bundle
@@ -104,8 +101,7 @@ class CameraRays:
         """The directions sorted by azimuth and elevation, as of the last bundle."""
         if self._grid is None:
             self._grid = RayGrid((FORWARD_LEFT_UP.T.astype(np.float32) @ self._local).T)
-        self._grid.rotation = self._rotation @ FORWARD_LEFT_UP
-        return self._grid
+        return self._grid.turned(self._rotation @ FORWARD_LEFT_UP)
 
     def further(self, rays: np.ndarray, bundle: RayBundle, distance: np.ndarray) -> RayBundle:
         """Some rays (k,) of a bundle, each starting `distance` (k,) [m] along its way."""
@@ -141,14 +137,3 @@ class CameraRays:
             for other in (1, 2):
                 column += np.multiply(self._local[other], rotation[axis, other], out=self._term)
             self._table[:, 3 + axis] = column
-
-
-def _cone(directions: np.ndarray) -> tuple[np.ndarray, float]:
-    """A unit vector (3,) float64 in the middle of directions (3, n) and the largest angle to it [rad]."""
-    lit = directions[:, directions.any(axis=0)].astype(np.float64)
-    middle = lit.sum(axis=1)
-    length = float(np.sqrt(middle @ middle))
-    if not length > 1e-6 * max(1, lit.shape[1]):  # all round, or no ray at all
-        return np.array([0.0, 0.0, -1.0]), np.pi
-    axis = middle / length
-    return axis, float(np.arccos(np.clip((axis @ lit).min(), -1.0, 1.0)))

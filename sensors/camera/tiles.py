@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sensors.raycast.rays import Hits, RayBundle, RayMemory
+from sensors.raycast.rays import RayBundle, RayMemory
 from sensors.raycast.world import CastWorld, anchor_of
 
 from .lens import ParallelLens
@@ -80,7 +80,7 @@ class TileGroup:
         hits = world.cast(bundle, normals=normals, spots=spots)
         found = {}
         for number, (member, rays, part) in enumerate(zip(self._members, self._rays, parts, strict=True)):
-            own = _part(hits, slice(number * pixels, (number + 1) * pixels))
+            own = hits.some(slice(number * pixels, (number + 1) * pixels))
             found[member] = poses[number], shown(world, rays, first.config, part, own, None)
         return found
 
@@ -91,10 +91,3 @@ class TileGroup:
             return False
         own = first.config, first.rate, first.exclude
         return all((one.config, one.rate, one.exclude) == own for one in self._members)
-
-
-def _part(hits: Hits, rows: slice) -> Hits:
-    """The hits of some rays; the arrays are parts of the whole ones."""
-    normals = None if hits.normals is None else hits.normals[rows]
-    spots = None if hits.spots is None else hits.spots.some(rows)
-    return Hits(hits.distance[rows], normals, hits.number[rows], hits.surface_of, spots)

@@ -1,4 +1,4 @@
-"""`lidar.motion` continuous: a scan is cut into spans of time, each cast once, with the world as in its middle."""
+"""`lidar.motion` continuous: a scan is cut into spans of time, each cast with the world as in its middle."""
 
 from __future__ import annotations
 
@@ -17,11 +17,15 @@ from sensors.motion.trajectory import Trajectory
 from sensors.raycast.shared import cast_world, present_app
 
 from .aim import RayPoses
-from .returns import Shot
+from .returns import Shot, Span
 from .turns import Turns
 
 if TYPE_CHECKING:
     from graph.sim import App
+
+
+MOST_SPANS = 64
+"""Spans that are cast together, at most."""
 
 
 @dataclass(slots=True)
@@ -72,15 +76,18 @@ class Bins:
             base_ns = nanoseconds(begin) - nanoseconds(start)
             own = [number for number, piece in enumerate(pieces) if piece[0] == turn]
             ahead = self._moves(start, end, turn, rows)
-            if not isinstance(ahead, _Moves):
-                shots += [Shot(pieces[number][3], ahead, states[number], base_ns, None, turn) for number in own]
-                continue
-            poses = ahead.track.poses(np.array([float(middles[number] - begin) for number in own]))
-            poses[:, :3, 3] = ahead.place
-            for number, pose in zip(own, poses, strict=True):
-                piece = pieces[number][3]
-                part = ahead.rays.part(slice(piece.start - rows.start, piece.stop - rows.start))
-                shots.append(Shot(piece, pose, states[number], base_ns, part, turn))
+            if isinstance(ahead, _Moves):
+                poses = ahead.track.poses(np.array([float(middles[number] - begin) for number in own]))
+                poses[:, :3, 3] = ahead.place
+            else:
+                poses = np.broadcast_to(ahead, (len(own), 4, 4))
+            spans = [Span(pieces[number][3], pose, states[number]) for number, pose in zip(own, poses, strict=True)]
+            for some in (spans[at : at + MOST_SPANS] for at in range(0, len(spans), MOST_SPANS)):
+                part = slice(some[0].rows.start, some[-1].rows.stop)
+                moves = None
+                if isinstance(ahead, _Moves):
+                    moves = ahead.rays.part(slice(part.start - rows.start, part.stop - rows.start))
+                shots.append(Shot(part, some[0].pose, None, base_ns, moves, turn, spans=some))
         return shots, first, last
 
     def _moves(self, start: Fraction, end: Fraction, turn: int, rows: slice) -> _Moves | np.ndarray:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -23,14 +24,28 @@ SurfaceTable = Callable[[], np.ndarray]
 """One row for each surface: encoded materials (n,) uint32, or ids (n, 16) uint8."""
 
 
+@dataclass(frozen=True, slots=True)
+class Span:
+    """Some firings of a shot that look at one state of the world.
+
+    rows: firings of the pattern. pose: (4, 4) float64 sensor to world [m], near the middle of these. poses: snapshot
+    for the caster (None: now).
+    """
+
+    rows: slice
+    pose: np.ndarray
+    poses: Any = None
+
+
 @dataclass(slots=True)
 class Shot:
-    """The firings that look at one state of the geometry: origin, targets, and state of the world.
+    """Firings that are cast together: origin, targets, and state of the world.
 
     rows: firings of the pattern. pose: (4, 4) float64 sensor to world [m]. poses: snapshot for the caster (None: now).
     base_ns: start of the turn relative to the frame's timestamp [ns]. moves: the sensor's pose at each firing; None if
     it is stationary at `pose`. turn: the number of the turn, on which noise depends. common: (4, 4) pose to which all
-    points are transformed (motion compensation); None leaves each as its own firing saw it.
+    points are transformed (motion compensation); None leaves each as its own firing saw it. spans: of firings that look
+    at several states, all from the position of `pose`; `poses` then has no meaning.
     """
 
     rows: slice
@@ -40,6 +55,12 @@ class Shot:
     moves: RayPoses | None = None
     turn: int = 0
     common: np.ndarray | None = None
+    spans: Sequence[Span] = ()
+
+    @property
+    def looks(self) -> Sequence[Span]:
+        """Its firings by the state that they look at."""
+        return self.spans or (Span(self.rows, self.pose, self.poses),)
 
 
 class Returns:
@@ -169,19 +190,28 @@ class Returns:
     def velocities(self) -> np.ndarray:
         """Velocities of the hit points [m/s], (k, 3), float32."""
         found = np.zeros((len(self._index), 3), np.float32)
-        measure = self._measure
-        if measure is None or not len(found):
+        if self._measure is None or not len(found):
             return found
-        aim = self._aim
-        measured = measure(
-            self._surfaces(), self._levers, aim.pose[:3, 3], self._shot.poses, lambda: aim.twists(self._index)
-        )
-        if measured is not None:
-            rows, world = measured
-            found[rows] = self._output.vectors(world, self._aim, self._index[rows])
+        levers, begin, every = cache(self._levers), self._rows.start, np.arange(len(found))
+        for look in self._shot.looks:
+            inside = (self._index >= look.rows.start - begin) & (self._index < look.rows.stop - begin)
+            self._add_velocities(found, every[inside], levers, look.poses)
         if self._invalid is not None:
             found[self._invalid] = 0.0
         return found
+
+    def _add_velocities(
+        self, found: np.ndarray, rows: np.ndarray, levers: Callable[[], np.ndarray], poses: Any
+    ) -> None:
+        """Writes the velocities of the returns `rows` (r,), seen in one state."""
+        assert self._measure is not None
+        aim, index = self._aim, self._index[rows]
+        measured = self._measure(
+            *(self._surfaces()[rows], lambda: levers()[:, rows], aim.pose[:3, 3], poses, lambda: aim.twists(index))
+        )
+        if measured is not None:
+            moving, world = measured
+            found[rows[moving]] = self._output.vectors(world, aim, index[moving])
 
     def _levers(self) -> np.ndarray:
         """Vectors from the sensor's position to the hit points, (3, k) float32 [m], world axes."""

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
 from sensors.motion.velocities import Velocities
 from sensors.output_frame import custom_frame
 from sensors.raycast.rays import Hits, RayBundle, RayCaster, RayMemory
-from sensors.raycast.windows import RayGrid
+from sensors.raycast.windows import FULL_SPANS, RayGrid
 from sensors.surfaces.optics import Optics, optics_of
 
 from .aim import Aim, moving_aim, turned_back
@@ -36,14 +37,14 @@ MOST_KEPT_BYTES = 64 << 20
 class _Part:
     """Rows of the ray table that are one slice of the pattern.
 
-    turned_by: the rotation of its directions; casts: how often it was cast; grid: of its directions only, once it is
-    cast repeatedly.
+    turned_by: the rotation of its directions; casts: how often it was cast; grids: of its directions only, by the
+    starts of the spans it was cut into; of a slice in a few spans, once it is cast repeatedly.
     """
 
     memory: RayMemory = field(default_factory=RayMemory)
     turned_by: bytes | None = None
     casts: int = 0
-    grid: RayGrid | None = None
+    grids: dict[tuple[int, ...], RayGrid] = field(default_factory=dict)
 
 
 class Scanner:
@@ -110,7 +111,8 @@ class Scanner:
         """One ray for each beam, with at most one return."""
         receiver = self._receiver
         lit = receiver is not None and (receiver.detects or "scalar" in channels)
-        aim, swing = self._aim(shot, *self._beams(shot))
+        columns, origins, swing, exact = self._beams(shot)
+        aim = self._aim(shot, columns, origins, exact)
         hits = self._cast(self._bundle(shot, aim, swing), shot, normals=lit or "hitNormals" in channels)
         distance = hits.distance
         if self._noise is not None:
@@ -135,10 +137,10 @@ class Scanner:
         found = []
         for number in range(len(sub)):
             beams = self._sub_beams(number, shot.rows) if exact else sub.directions(number, columns)
-            aim, turned = self._aim(shot, beams, origins, swing + sub.swing, exact and len(sub) == 1)
-            found += self._through_glass(shot, aim, turned, optics, 1.0 / len(sub))
+            aim = self._aim(shot, beams, origins, exact and len(sub) == 1)
+            found += self._through_glass(shot, aim, swing + sub.swing, optics, 1.0 / len(sub))
         if len(sub) > 1:
-            aim, _ = self._aim(shot, columns, origins, swing, exact)
+            aim = self._aim(shot, columns, origins, exact)
         echoes = form_echoes(
             Candidates.joined(found),
             separation=separation(self._config),
@@ -196,6 +198,9 @@ class Scanner:
             if aim.offsets is not None:
                 offsets += aim.offsets[rays]
             bundle = RayBundle(aim.pose[:3, 3], table, offsets, self._exclude, bundle.reach)
+            if shot.spans:
+                ends = np.searchsorted(rays, [span.rows.stop - shot.rows.start for span in shot.spans])
+                bundle.spans = [bundle.some(slice(*each)) for each in pairwise([0, *ends])]
         return found
 
     def _returns(
@@ -226,10 +231,8 @@ class Scanner:
             echo=echo,
         )
 
-    def _aim(
-        self, shot: Shot, columns: np.ndarray, origins: np.ndarray | None, swing: float, exact: bool
-    ) -> tuple[Aim, float]:
-        """Turns beams (3, n) to world axes, also in the table; and the largest angle to their places in the grid."""
+    def _aim(self, shot: Shot, columns: np.ndarray, origins: np.ndarray | None, exact: bool) -> Aim:
+        """Turns beams (3, n) to world axes, also in the table. exact: whether they are the pattern's own."""
         rows, part = shot.rows, self._part(shot.rows)
         table, world = self._table[rows], self._world[:, rows]
         if self._noise is not None and origins is not None:
@@ -239,7 +242,7 @@ class Scanner:
             _write(table, world)
             part.turned_by = None
             part.memory.forget()
-            return aim, swing + shot.moves.swing(shot.pose)
+            return aim
         rotation = shot.pose[:3, :3]
         key = rotation.tobytes() if exact else None
         if key is None or key != part.turned_by:
@@ -249,7 +252,7 @@ class Scanner:
             part.turned_by = key
             part.memory.forget()
         offsets = None if origins is None else turned_back(origins, rotation.T.astype(np.float32))
-        return Aim(shot.pose, world, offsets), swing
+        return Aim(shot.pose, world, offsets)
 
     def _part(self, rows: slice) -> _Part:
         """The known data of these rows of the table; empty if other rows that overlap have been written since."""
@@ -261,26 +264,33 @@ class Scanner:
         return self._parts[key]
 
     def _bundle(self, shot: Shot, aim: Aim, swing: float) -> RayBundle:
+        """The rays of a shot. swing: the largest angle [rad] between a beam and its place in the pattern."""
         part = self._part(shot.rows)
-        grid, first = self._grid_of(part, shot.rows)
-        grid.rotation = aim.pose[:3, :3]
         bundle = RayBundle(
             origin=aim.pose[:3, 3],
             table=self._table[shot.rows],
             offsets=aim.offsets,
             exclude=self._exclude,
             reach=self._reach,
-            grid=grid,
-            first=first,
-            swing=swing,
             columns=aim.directions,
             memory=part.memory,
         )
         bundle.reach += bundle.spread()
+        begin, looks = shot.rows.start, shot.looks
+        cuts = [slice(look.rows.start - begin, look.rows.stop - begin) for look in looks]
+        if shot.spans:
+            bundle.spans = [bundle.some(rows) for rows in cuts]
+        grid, own = self._grid_of(part, shot.rows, tuple(rows.start for rows in cuts))
+        for number, one in enumerate(bundle.spans or [bundle]):
+            pose = looks[number].pose
+            one.grid = grid.turned(pose[:3, :3])
+            one.first, one.span = (cuts[number].start, number) if own else (looks[number].rows.start, 0)
+            one.swing = swing + (0.0 if shot.moves is None else shot.moves.part(cuts[number]).swing(pose))
         return bundle
 
     def _cast(self, bundle: RayBundle, shot: Shot, *, normals: bool) -> Hits:
-        return self._caster().cast(bundle, shot.poses, normals=normals)
+        states = [span.poses for span in shot.spans] or shot.poses
+        return self._caster().cast(bundle, states, normals=normals)
 
     def _beams(self, shot: Shot) -> tuple[np.ndarray, np.ndarray | None, float, bool]:
         """Directions (3, n) and origins (n, 3) of the shot's beams in the sensor frame.
@@ -295,16 +305,20 @@ class Scanner:
         origins = noise.origins(rows, shot.turn)
         return (columns, origins, 0.0, True) if off is None else (off[0], origins, off[1], False)
 
-    def _grid_of(self, part: _Part, rows: slice) -> tuple[RayGrid, int]:
-        """The grid that finds the rays of a slice, and the number of its first ray there."""
+    def _grid_of(self, part: _Part, rows: slice, starts: tuple[int, ...]) -> tuple[RayGrid, bool]:
+        """The grid that finds the rays of a slice of the pattern, and whether it is cut as they are, else not at all.
+
+        starts: of the spans that the slice is cut into, counted from its first ray.
+        """
         part.casts += 1
-        if part.grid is None and part.casts > 2 and rows.stop - rows.start < len(self.pattern):
-            part.grid = RayGrid(self.pattern.directions[rows])
-        if part.grid is not None:
-            return part.grid, 0
+        whole = rows.stop - rows.start == len(self.pattern)
+        if starts not in part.grids and (whole or part.casts > 2 or len(starts) > FULL_SPANS):
+            part.grids[starts] = RayGrid(self.pattern.directions[rows], starts)
+        if starts in part.grids:
+            return part.grids[starts], True
         if self._grid is None:
             self._grid = RayGrid(self.pattern.directions)
-        return self._grid, rows.start
+        return self._grid, False
 
     def _incidence(self, directions: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """The cosine of incidence of rays (3, n), on normals (n, 3), float32, unsigned; 0 without a hit."""

@@ -83,7 +83,7 @@ class _Fan:
             self.columns[:] = rotation @ self.tubes.directions[:, : len(self.angle)]
             self.table[:, 3:6] = self.columns.T
             self.turned_by = key
-            self.grid.rotation = rotation
+            self.grid = self.grid.turned(rotation)
             self.memory.forget()
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from .near import NEAR_RAD, Moving, NearMeshes
 from .nearest import Nearest, turn_each
-from .places import Places, windows
+from .places import Pairs, Places, windows
 from .rays import RayBundle
 from .triangles import TriangleScene
 
@@ -101,71 +101,63 @@ class MovingMeshes:
         threads: int,
         nearest: Nearest,
     ) -> np.ndarray:
-        """Adds hits with the meshes seen (m,) bool that are small and near (see `near`); which these are, (m,) bool."""
+        """Adds hits with the meshes seen (1, m) bool that are small and near (see `near`); which of them, (1, m) bool.
+
+        poses: (b, 4, 4) float64 [m] of the bodies.
+        """
         near = seen & self._near.small
         if not self._near.few:
             near &= places.half > NEAR_RAD
         if near.any():
             around = places.half[near].max() > ALL_ROUND_RAD
-            near_windows = None if around else windows(rays, places, np.flatnonzero(near))
+            index = None if around else windows(rays, (rays,), places, near).index
             gathered = np.flatnonzero(self._near.small & kept if self._near.few else near)
-            self._near.cast(rays, near_windows, gathered, anchor, poses, threads, nearest)
+            self._near.cast(rays, index, gathered, anchor, poses, threads, nearest)
         return near
 
     def cast(
-        self,
-        rays: RayBundle,
-        index: np.ndarray,
-        owner: np.ndarray,
-        places: Places,
-        poses: np.ndarray,
-        threads: int,
-        nearest: Nearest,
+        self, rays: RayBundle, pairs: Pairs, places: Places, poses: np.ndarray, threads: int, nearest: Nearest
     ) -> None:
-        """Adds hits of the rays `index` (k,), each in the cell of the mesh `owner` (k,), ascending.
+        """Adds hits of the rays of some pairs, each in the cell of its mesh.
 
-        poses: (b, 4, 4) float64 [m] of the bodies.
+        poses: (p or 1, b, 4, 4) float64 [m] of the bodies, as each bundle sees them.
         """
-        if not len(index):
-            return
-        rotations = poses[self.bodies, :3, :3]
+        index, pair, which = pairs.index, pairs.pair, pairs.surface
+        rotations = poses[pairs.look if len(poses) > 1 else 0, self.bodies[which], :3, :3]
         turns = np.ascontiguousarray(np.moveaxis(rotations, 0, -1), np.float32)
-        local, entry = self._into_cells(rays, index, owner, places, rotations, turns)
+        local, entry = self._into_cells(rays, pairs, places.towards[pairs.look, which], rotations, turns)
         found = self._scene.cast(local, threads, uv=nearest.with_spots)
         own = np.flatnonzero(found.distance <= BEYOND)
+        begins, counts = self._begins[which], self._counts[which]
         if rays.offsets is not None:  # a ray with its own origin may start in the cell of another mesh, and meet that
-            place = found.triangle.take(own) - self._begins.take(owner[own])  # below its begin it wraps around
-            own = own[place < self._counts.take(owner[own])]
-        index, owner = index[own], owner[own]
-        distance = (found.distance[own] + entry[own]) * self._lengths.take(owner)
+            place = found.triangle.take(own) - begins.take(pair[own])  # below its begin it wraps around
+            own = own[place < counts.take(pair[own])]
+        index, pair = index[own], pair[own]
+        distance = (found.distance[own] + entry[own]) * self._lengths[which].take(pair)
 
         def normals(rows: np.ndarray) -> np.ndarray:
-            return turn_each(found.normals.take(own[rows], axis=0), turns, owner[rows])
+            return turn_each(found.normals.take(own[rows], axis=0), turns, pair[rows])
 
         def spots(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             assert found.uv is not None
-            triangle = found.triangle.take(own[rows]) - self._begins.take(owner[rows])
+            triangle = found.triangle.take(own[rows]) - begins.take(pair[rows])
             return triangle, found.uv.take(own[rows], axis=0)
 
-        nearest.add_some(index, distance, self.surfaces[owner], normals, spots)
+        nearest.add_some(index, distance, self.surfaces[which].take(pair), normals, spots)
 
     def _into_cells(
-        self,
-        rays: RayBundle,
-        index: np.ndarray,
-        owner: np.ndarray,
-        places: Places,
-        rotations: np.ndarray,
-        turns: np.ndarray,
+        self, rays: RayBundle, pairs: Pairs, towards: np.ndarray, rotations: np.ndarray, turns: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Rays (k, 6) float32 in their meshes' cells, and their entry distances, (k,) float32; both in radii.
+        """Rays (r, 6) float32 in their meshes' cells, and their entry distances, (r,) float32; both in radii.
 
-        turns: (3, 3, m) float32, the rotations. The shift between the frames is computed in float64.
+        towards: (k, 3) [m] to the meshes of the pairs; turns: (3, 3, k) float32, the rotations. The shift between the
+        frames is computed in float64.
         """
-        towards = places.towards / self.radii[:, None]
-        shift = self._cells - (np.swapaxes(rotations, 1, 2) @ towards[:, :, None])[:, :, 0]
-        frames = np.concatenate([towards.T, shift.T, 1 / self.radii[None], turns.reshape(9, -1)], dtype=np.float32)
-        each = np.repeat(frames, np.bincount(owner, minlength=len(self.radii)), axis=1)  # much faster than by number
+        index, radii = pairs.index, self.radii[pairs.surface]
+        towards = towards / radii[:, None]
+        shift = self._cells[pairs.surface] - (np.swapaxes(rotations, 1, 2) @ towards[:, :, None])[:, :, 0]
+        frames = np.concatenate([towards.T, shift.T, 1 / radii[None], turns.reshape(9, -1)], dtype=np.float32)
+        each = np.repeat(frames, np.bincount(pairs.pair, minlength=len(radii)), axis=1)  # much faster than by number
         way, at, scale, turn = each[:3], each[3:6], each[6], each[7:].reshape(3, 3, -1)
         directions = rays.directions.take(index, axis=1)
         entry = _dot(way, directions)  # to the point nearest to the mesh's centre

@@ -92,7 +92,7 @@ class NearMeshes:
     def cast(
         self,
         rays: RayBundle,
-        windows: tuple[np.ndarray, np.ndarray] | None,
+        window: np.ndarray | None,
         which: np.ndarray,
         anchor: np.ndarray,
         poses: np.ndarray,
@@ -101,11 +101,11 @@ class NearMeshes:
     ) -> None:
         """Adds hits with the meshes `which` (k,), bodies at `poses` (b, 4, 4) float64 [m].
 
-        windows: the rays that may meet them, with repeats, and the mesh of each; None: all rays.
+        window: the rays that may meet them, with repeats; None: all rays.
         """
         frame = anchor if np.abs(rays.origin - anchor).max() < NEAR_ANCHOR_M else rays.origin
         start = (rays.origin - frame).astype(np.float32)
-        index = None if windows is None else _chosen(windows[0], len(rays.table))
+        index = None if window is None else _chosen(window, len(rays.table))
         if index is None or len(index):
             layout = self._layout_of(which)
             scene = self._scene_of(layout, which, poses[layout.bodies], frame)

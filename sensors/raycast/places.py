@@ -8,17 +8,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from .rays import MARGIN_RAD, RayBundle
-from .windows import RayGrid
+from .windows import RayGrid, runs
 
 _SIGNS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
 
 
+ALL_PAIRS = 100_000
+"""Up to this many pairs of a ray and a surface, all are tried: it costs less than to select."""
+
+
 @dataclass(frozen=True, slots=True)
 class Places:
-    """Positions of m moving surfaces, seen from a bundle's origin; of p bundles each array begins with an axis of p.
+    """Positions of m moving surfaces, seen from the origins of p bundles.
 
-    towards: (m, 3) float64 [m] to the centres of their spheres, world axes; distance: (m,) [m] to them, more than 0;
-    radius: (m,) [m], enlarged by the spread of the rays' origins; half: (m,) [rad], of the cone that holds each.
+    towards: (p, m, 3) float64 [m] to the centres of their spheres, world axes; distance: (p, m) [m] to them, more than
+    0; radius: (p, m) [m], enlarged by the spread of the rays' origins; half: (p, m) [rad], of the cone that holds each.
     """
 
     towards: np.ndarray
@@ -26,9 +30,37 @@ class Places:
     radius: np.ndarray
     half: np.ndarray
 
-    def some(self, rows: slice) -> Places:
-        """Those of some of the surfaces."""
-        return Places(self.towards[rows], self.distance[rows], self.radius[rows], self.half[rows])
+    def some(self, looks: slice, surfaces: slice) -> Places:
+        """Those of some of the surfaces, seen from some of the bundles."""
+        at = looks, surfaces
+        return Places(self.towards[at], self.distance[at], self.radius[at], self.half[at])
+
+
+@dataclass(frozen=True, slots=True)
+class Pairs:
+    """k pairs of a moving surface and a bundle that sees it, sorted by surface, and the rays that may meet it.
+
+    surface, look: (k,), the numbers of each. index: (r,) of the rays, counted through all bundles, with repeats; pair:
+    (r,), for which pair each is, ascending.
+    """
+
+    surface: np.ndarray
+    look: np.ndarray
+    index: np.ndarray
+    pair: np.ndarray
+
+    def only(self, rows: np.ndarray) -> Pairs:
+        """With some of the rays (n,), ascending."""
+        return Pairs(self.surface, self.look, self.index.take(rows), self.pair.take(rows))
+
+    def parted(self, surface: int) -> tuple[Pairs, Pairs]:
+        """The pairs of the surfaces before one, and the others, whose surfaces count from it."""
+        at = int(self.surface.searchsorted(surface))
+        ray = int(self.pair.searchsorted(at))
+        return (
+            Pairs(self.surface[:at], self.look[:at], self.index[:ray], self.pair[:ray]),
+            Pairs(self.surface[at:] - surface, self.look[at:], self.index[ray:], self.pair[ray:] - at),
+        )
 
 
 class Bounds:
@@ -45,64 +77,53 @@ class Bounds:
         self._turned: tuple[bytes, np.ndarray, np.ndarray] | None = None
         """The bodies' poses that were last asked for, and the points turned and their shifts by these."""
 
-    def places(self, rays: RayBundle, poses: np.ndarray) -> Places:
-        """Where they are with the bodies at `poses` (b, 4, 4) float64 [m]."""
-        return self._places(rays.origin, rays.spread(), rays.swing, poses)
-
-    def places_of(self, parts: Sequence[RayBundle], poses: np.ndarray) -> Places:
-        """The same for p bundles of rays, each of which starts at one place."""
-        origins = np.stack([part.origin for part in parts])
-        return self._places(origins[:, None], 0.0, max(part.swing for part in parts), poses)
-
-    def _places(self, origins: np.ndarray, spread: float, swing: float, poses: np.ndarray) -> Places:
+    def places(self, looks: Sequence[RayBundle], poses: np.ndarray) -> Places:
+        """Where p bundles see them, with the bodies at `poses` (p or 1, b, 4, 4) float64 [m]."""
         key = poses.tobytes()
         if self._turned is None or self._turned[0] != key:
-            self._turned = key, poses[self.bodies, :3, :3] @ self._points, poses[self.bodies, :3, 3]
+            own = poses[:, self.bodies]
+            self._turned = key, own[..., :3, :3] @ self._points, own[..., :3, 3]
         _, turned, moved = self._turned
-        points = turned + (moved - origins)[..., None]
+        points = turned + (moved - np.stack([look.origin for look in looks])[:, None])[..., None]
         towards = points[..., 0]
         lengths = np.maximum(np.sqrt((points * points).sum(axis=-2)), 1e-12)
         distance = lengths[..., 0]
+        spread = np.array([[look.spread()] for look in looks])
         radius = self.radii + spread
         half = np.arcsin(np.minimum(radius / distance, 1.0))
         half[distance <= radius * 1.001] = np.pi
-        if not spread:  # any cone of less than a right angle that holds a box's corners holds the box
+        if not spread.any():  # any cone of less than a right angle that holds a box's corners holds the box
             along = (points[..., 1:] * towards[..., None]).sum(axis=-2) / lengths[..., 1:]
             cosine = along.min(axis=-1) / distance
             corners = np.arccos(np.clip(cosine, -1.0, 1.0))
             half = np.where(cosine > 1e-3, np.minimum(half, corners), half)
-        return Places(towards, distance, radius, half + (MARGIN_RAD + swing))
+        return Places(towards, distance, radius, half + [[MARGIN_RAD + look.swing] for look in looks])
 
 
-def may_meet(parts: Sequence[RayBundle], places: Places) -> np.ndarray:
-    """(p, m) bool, whether rays of p bundles may go into the cones of the surfaces, placed for each of them."""
-    cones = [part.cone or (np.array([0.0, 0.0, 1.0]), np.pi) for part in parts]
-    axes, angles = np.stack([axis for axis, _ in cones]), np.array([[angle] for _, angle in cones])
-    between = np.arccos(np.clip((places.towards * axes[:, None]).sum(axis=2) / places.distance, -1.0, 1.0))
-    return np.asarray(between <= places.half + (angles + MARGIN_RAD))
+def windows(rays: RayBundle, looks: Sequence[RayBundle], places: Places, seen: np.ndarray) -> Pairs:
+    """The rays that may lie in the cones of the surfaces seen (p, m) bool, and some more.
 
-
-def windows_of(
-    parts: Sequence[RayBundle], places: Places, which: np.ndarray, sensor: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """(index, pair): as `windows`, for the surfaces `which` (k,) as the bundles `sensor` (k,) see them; pair: of these.
-
-    index: counted through all bundles, whose grids differ in how they are turned only.
+    looks: the p bundles that make up `rays`.
     """
-    grids = [part.grid or RayGrid(part.directions.T) for part in parts]
-    turns = np.stack([grid.rotation for grid in grids])[sensor]
-    axes = (places.towards[sensor, which, None] @ turns)[:, 0]
-    index, counts = grids[0].near_local(axes, places.half[sensor, which])
-    pair = np.repeat(np.arange(len(which)), counts)
-    return index + len(parts[0].table) * sensor.take(pair), pair
-
-
-def windows(rays: RayBundle, places: Places, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(index, owner) of rays that may lie in the cones of the surfaces `which`, and some more; sorted by owner."""
-    grid = rays.grid if rays.grid is not None else RayGrid(rays.directions.T)
-    index, counts = grid.near(places.towards[which], places.half[which])
-    owner = np.repeat(which, counts)
-    if rays.first or len(rays.table) < grid.count:
-        inside = np.flatnonzero((index >= rays.first) & (index < rays.first + len(rays.table)))
-        index, owner = index[inside] - rays.first, owner[inside]
-    return index, owner
+    sizes = np.array([len(look.table) for look in looks])
+    starts = np.cumsum(sizes) - sizes
+    grid, axes = looks[0].grid, places.towards
+    if grid is None:
+        surface, look = np.nonzero(seen.T)
+        if sizes[look].sum() <= ALL_PAIRS:
+            return Pairs(surface, look, runs(starts[look], sizes[look]), np.arange(len(look)).repeat(sizes[look]))
+        grid, span, shift = RayGrid(rays.directions.T, starts.tolist()), np.arange(len(looks)), 0 * starts
+    else:
+        span, shift = np.array([one.span for one in looks]), starts - [one.first for one in looks]
+        axes = axes @ np.stack([one.grid.rotation for one in looks if one.grid is not None])
+    middle, angle = (np.array(each)[span] for each in zip(*grid.cones, strict=True))
+    between = np.arccos(np.clip((axes * middle[:, None]).sum(axis=-1) / places.distance, -1.0, 1.0))
+    surface, look = np.nonzero((seen & (between <= places.half + (angle[:, None] + MARGIN_RAD))).T)
+    index, counts = grid.near_local(axes[look, surface], places.half[look, surface], span[look])
+    found = Pairs(surface, look, index, np.arange(len(look)).repeat(counts))
+    if shift.any():
+        index += shift[look].take(found.pair)
+    if (sizes < np.diff(grid.ends, prepend=0)[span]).any():
+        first = starts[look].take(found.pair)
+        found = found.only(np.flatnonzero((index >= first) & (index < first + sizes[look].take(found.pair))))
+    return found

@@ -25,19 +25,22 @@ class RayMemory:
 
     Code that writes directions into the table, or changes the rays' offsets, calls `forget`.
 
-    start: (3,) float32, the origin of the first `rows` rays in the table; None: not known. cast: the last cast at
-    static geometry, with the start, the number of rays and whether spots were requested; met: its hits, kept from the
-    second equal cast on.
+    start: (3,) float32, the origin of `rows` rays from the one at the address `begin` in the table on; None: not known.
+    cast: the last cast at static geometry, with the start, the number of rays and whether spots were requested; met:
+    its hits, kept from the second equal cast on.
     """
 
     start: np.ndarray | None = None
+    begin: int = 0
     rows: int = 0
     cast: tuple[int, bytes, int, bool] | None = None
     met: TriangleHits | None = None
 
-    def holds(self, start: np.ndarray, count: int) -> bool:
-        """Whether the first `count` rays in the table start at `start`."""
-        return self.rows >= count and self.start is not None and self.start.tobytes() == start.tobytes()
+    def holds(self, start: np.ndarray, table: np.ndarray) -> bool:
+        """Whether the rays in a table, which may be a part of the one written, start at `start`."""
+        if self.start is None or self.rows < len(table) or self.begin != table.ctypes.data:
+            return False
+        return self.start.tobytes() == start.tobytes()
 
     def forget(self) -> None:
         """Marks the rays as changed."""
@@ -46,19 +49,20 @@ class RayMemory:
 
 @dataclass(slots=True)
 class RayBundle:
-    """Rays that look at one geometry state.
+    """Rays that look at one geometry state, or in `spans` at several.
 
     table: (n, 6) float32, C-contiguous; its columns 3 to 5 are the unit directions, world axes; columns 0 to 2 are for
     the caster, which writes the ray origins there, relative to its scenes' anchors. origin: (3,) float64, world [m],
     near all ray origins. offsets: (n, 3) float32 [m], world axes, each ray's origin less `origin`; None if all start
     there. exclude: prim paths that are never hit, with everything below them. reach: hits
     farther from `origin` than this [m] may be left out.
-    grid: a `RayGrid` that contains the bundle's directions from `first` on; only for speed. swing: the largest angle
-    [rad] between a direction and its place in the grid. columns: (3, n) float32, contiguous, the same directions by
-    axis; computed if not given. memory: that of the table; None if the table is not reused. parts: of a table with the
-    rays of several sensors, one bundle for each, in order; all of them have `exclude`, as many rays, no offsets, and
-    grids of the same directions, each turned in its own way. cone: a unit
-    vector (3,), world axes, and an angle [rad] around it within which all directions lie; only for speed.
+    grid: a `RayGrid` that contains the bundle's directions, in its span of that number, from `first` on; only for
+    speed. swing: the largest angle [rad] between a direction and its place in the grid. columns: (3, n) float32,
+    the same directions by axis; computed if not given. memory: that of the table; None if the table is not
+    reused.
+    parts: of a table with the rays of several sensors, one bundle for each, in order, with no offsets. spans: of one
+    whose rays look at several states, one bundle for each state, in order, with the same origin. All of them have
+    `exclude`, and the same grid, each turned in its own way.
     """
 
     origin: np.ndarray
@@ -68,16 +72,17 @@ class RayBundle:
     reach: float = math.inf
     grid: RayGrid | None = None
     first: int = 0
+    span: int = 0
     swing: float = 0.0
     columns: np.ndarray | None = None
     memory: RayMemory | None = None
     parts: Sequence[RayBundle] = ()
-    cone: tuple[np.ndarray, float] | None = None
+    spans: Sequence[RayBundle] = ()
     _spread: float | None = None
 
     @property
     def directions(self) -> np.ndarray:
-        """(3, n) float32 unit directions, world axes, contiguous."""
+        """(3, n) float32 unit directions, world axes, each axis contiguous."""
         if self.columns is None:
             self.columns = np.ascontiguousarray(self.table[:, 3:6].T)
         return self.columns
@@ -89,13 +94,24 @@ class RayBundle:
             yield first, part
             first += len(part.table)
 
-    def may_meet(self, towards: np.ndarray, distance: np.ndarray, half: np.ndarray) -> np.ndarray:
-        """(m,) bool, whether rays may go into cones about `towards` (m, 3), `distance` (m,) long, of angles `half`."""
-        if self.cone is None:
-            return np.ones(len(half), bool)
-        axis, angle = self.cone
-        between = np.arccos(np.clip(towards @ axis / distance, -1.0, 1.0))
-        return np.asarray(between <= half + (angle + MARGIN_RAD))
+    def by_state(self) -> Iterator[tuple[slice, RayBundle]]:
+        """The bundles of single states of the world, each with its rows here."""
+        first = 0
+        for span in self.spans or (self,):
+            yield slice(first, first + len(span.table)), span
+            first += len(span.table)
+
+    def some(self, rows: slice) -> RayBundle:
+        """A bundle of some of the rays, without a grid; its arrays are parts of these."""
+        return RayBundle(
+            origin=self.origin,
+            table=self.table[rows],
+            offsets=None if self.offsets is None else self.offsets[rows],
+            exclude=self.exclude,
+            reach=self.reach,
+            columns=None if self.columns is None else self.columns[:, rows],
+            memory=self.memory,
+        )
 
     def spread(self) -> float:
         """Distance [m] from the bundle's origin within which all rays begin."""
@@ -106,13 +122,14 @@ class RayBundle:
 
     def start_at(self, start: np.ndarray) -> None:
         """Writes the ray origins, `start` (3,) float32 plus the offsets; does nothing if they are already written."""
-        count, memory = len(self.table), self.memory
-        if self.offsets is None and memory is not None and memory.holds(start, count):
+        memory = self.memory
+        if self.offsets is None and memory is not None and memory.holds(start, self.table):
             return
         for axis in range(3):  # by columns: five times as fast as rows of three
             self.table[:, axis] = start[axis] if self.offsets is None else self.offsets[:, axis] + start[axis]
         if memory is not None:
-            memory.start, memory.rows = start, count if self.offsets is None else 0
+            memory.start, memory.begin = start, self.table.ctypes.data
+            memory.rows = len(self.table) if self.offsets is None else 0
 
 
 @dataclass(slots=True)
@@ -126,8 +143,8 @@ class Spots:
     triangle: np.ndarray
     uv: np.ndarray
 
-    def some(self, rows: slice) -> Spots:
-        """Those of some rays; the arrays are parts of these."""
+    def some(self, rows: slice | np.ndarray) -> Spots:
+        """Those of some rays; of a slice, the arrays are parts of these."""
         return Spots(self.triangle[rows], self.uv[rows])
 
 
@@ -146,6 +163,12 @@ class Hits:
     surface_of: np.ndarray
     spots: Spots | None = None
 
+    def some(self, rows: slice | np.ndarray) -> Hits:
+        """Those of some rays; of a slice, the arrays are parts of these."""
+        normals = None if self.normals is None else self.normals[rows]
+        spots = None if self.spots is None else self.spots.some(rows)
+        return Hits(self.distance[rows], normals, self.number[rows], self.surface_of, spots)
+
     def surfaces(self, rows: np.ndarray | None = None) -> np.ndarray:
         """For the rays `rows` (None: all), int32 indices into the caster's `surfaces`; `NO_SURFACE` without a hit."""
         number = self.number if rows is None else np.take(self.number, rows, mode="clip")
@@ -156,7 +179,7 @@ class RayCaster(Protocol):
     """Finds the first hit of each ray."""
 
     def cast(self, rays: RayBundle, poses: Any = None, *, normals: bool = False, spots: bool = False) -> Hits:
-        """Hits against the geometry in the state `poses`; None means now.
+        """Hits against the geometry in the state `poses`, None means now; of rays in spans a state for each span.
 
         The same rays give the same bytes, whatever else is cast and with any number of threads.
         """

@@ -74,7 +74,5 @@ def _window(rays: RayBundle, towards: np.ndarray) -> np.ndarray | None:
     if half > WIDE_RAD:
         return None
     grid = rays.grid if rays.grid is not None else RayGrid(rays.directions.T)
-    index, _ = grid.near(centre[None], np.array([half]))
-    if rays.first or len(rays.table) < grid.count:
-        index = index[(index >= rays.first) & (index < rays.first + len(rays.table))] - rays.first
-    return np.sort(index)
+    index = grid.near(centre[None], np.array([half]), rays.span)[0] - rays.first
+    return np.sort(index[(index >= 0) & (index < len(rays.table))])

@@ -8,8 +8,9 @@ import numpy as np
 
 from graph.sim.geometry.surfaces import Solid
 
-from .forms import Forms, Met
+from .forms import Forms
 from .nearest import Nearest
+from .places import Pairs
 from .rays import NOTHING, RayBundle
 
 
@@ -26,38 +27,21 @@ class MovingSolids:
         self.surfaces, self.bodies = numbers[:, 0].astype(np.uint32), numbers[:, 1]
         self.boxes, self.radii = self._forms.boxes, self._forms.radii
 
-    def cast(self, rays: RayBundle, index: np.ndarray, owner: np.ndarray, poses: np.ndarray, nearest: Nearest) -> None:
-        """Adds hits of the rays `index` (k,), each with the solid `owner` (k,), ascending.
-
-        poses: (b, 4, 4) float64 [m] of the bodies.
-        """
-        if len(index):
-            forms = self._forms.seen_from(rays.origin, poses[self.bodies])
-            self._add(forms.meet(index, owner, rays.directions, rays.offsets), self.surfaces, index, nearest)
-
-    def cast_parts(
-        self,
-        rays: RayBundle,
-        index: np.ndarray,
-        pair: np.ndarray,
-        seen: tuple[np.ndarray, np.ndarray],
-        poses: np.ndarray,
-        nearest: Nearest,
+    def cast(
+        self, rays: RayBundle, looks: Sequence[RayBundle], pairs: Pairs, poses: np.ndarray, nearest: Nearest
     ) -> None:
-        """The same for the rays of several sensors, each with a pair of a solid and a sensor.
+        """Adds hits of the rays of some pairs. looks: the p bundles that make up `rays`.
 
-        seen: (n,) the solid, ascending, and (n,) the sensor of each pair.
+        poses: (p or 1, b, 4, 4) float64 [m] of the bodies, as each bundle sees them.
         """
-        if not len(index):
-            return
-        which, sensor = seen
-        origins = np.stack([part.origin for part in rays.parts])[sensor]
-        forms = self._forms.some(which).seen_from(origins, poses[self.bodies[which]])
-        self._add(forms.meet(index, pair, rays.directions, None), self.surfaces[which], index, nearest)
+        origins = np.stack([look.origin for look in looks])[pairs.look]
+        moved = poses[pairs.look if len(poses) > 1 else 0, self.bodies[pairs.surface]]
+        forms = self._forms.some(pairs.surface).seen_from(origins, moved)
+        met = forms.meet(pairs.index, pairs.pair, rays.directions, None if rays.parts else rays.offsets)
+        surfaces = self.surfaces[pairs.surface]
 
-    def _add(self, met: Met, surfaces: np.ndarray, index: np.ndarray, nearest: Nearest) -> None:
         def spots(some: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             return np.full(len(some), NOTHING), np.zeros((len(some), 2), np.float32)
 
         length = met.length.astype(np.float32)
-        nearest.add_some(index.take(met.rows), length, surfaces.take(met.owner), met.normals, spots)
+        nearest.add_some(pairs.index.take(met.rows), length, surfaces.take(met.owner), met.normals, spots)

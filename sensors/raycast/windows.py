@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import itertools
+from collections.abc import Sequence
+from copy import copy
 
 import numpy as np
 
 COLUMNS = 720
-"""Cells of a band."""
+"""Cells of a band; fewer from `FULL_SPANS` spans on, so that the table of cells does not grow further."""
 
-PER_RADIAN = COLUMNS / (2 * np.pi)
+FULL_SPANS = 8
 
 BANDS_PER_DEGREE = (50, 2)
 """One band per lidar row; above `MOST_BANDS`, bands are one cell high."""
@@ -28,62 +29,90 @@ ROUNDING = 1e-9
 class RayGrid:
     """Directions by azimuth and elevation, to find quickly those in any number of cones.
 
-    local: (n, 3) float32 unit directions, in a frame that `rotation` (3, 3) turns to world axes; z is up in it.
+    local: (n, 3) float32 unit directions, in a frame that `rotation` (3, 3) turns to world axes; z is up in it. starts:
+    the first ray of each of s spans, ascending from 0: a cone finds the rays of one of them only.
     """
 
-    def __init__(self, local: np.ndarray) -> None:
+    def __init__(self, local: np.ndarray, starts: Sequence[int] = (0,)) -> None:
+        self.ends = np.array([*starts[1:], len(local)])
+        """(s,), the end of each span."""
+        self.cones = [_cone(local[start:end]) for start, end in zip(starts, self.ends, strict=True)]
+        """Of each span: a unit vector (3,) float64, and the largest angle [rad] between it and the span's rays."""
         x, y, z = local.astype(np.float64).T
         elevation = np.arctan2(z, np.hypot(x, y))
         band = _bands(np.rad2deg(elevation))
-        column = np.clip(_cell(np.arctan2(y, x) * PER_RADIAN) + COLUMNS // 2, 0, COLUMNS - 1)
-        order = np.lexsort((column, band))
-        count = int(band.max()) + 1 if len(band) else 0
-        ends = np.searchsorted(band[order], np.arange(count + 1))
-        rows = [order[start:end] for start, end in itertools.pairwise(ends)]
-        # Each band is stored twice, so that a window across the seam is one run as well.
-        self._index = np.concatenate([each for row in rows for each in (row, row)] or [order])
-        filled = np.bincount(band * COLUMNS + column, minlength=count * COLUMNS).reshape(count, COLUMNS)
+        self._count = count = int(band.max()) + 1 if len(band) else 0
+        self._low, self._high = np.full((2, count), [[np.inf], [-np.inf]])
+        np.minimum.at(self._low, band, elevation)
+        np.maximum.at(self._high, band, elevation)
+        middle = (self._low + self._high) / 2
+        # By columns: sine and cosine of a band's middle, half its height [rad].
+        self._bands = np.stack([np.sin(middle), np.maximum(np.cos(middle), 1e-12), (self._high - self._low) / 2])
+        self._columns = columns = max(FULL_SPANS * COLUMNS // max(FULL_SPANS, len(starts)), 1)
+        self._per_radian = columns / (2 * np.pi)
+        rows = count * len(starts)
+        row = band + count * np.arange(len(starts)).repeat(np.diff(self.ends, prepend=0))
+        column = np.clip(_cell(np.arctan2(y, x) * self._per_radian) + columns // 2, 0, columns - 1)
+        order = np.lexsort((column, row))
+        ends = np.searchsorted(row[order], np.arange(rows + 1))
+        # Each row is stored twice, so that a window across the seam is one run as well.
+        self._index = order.take(runs(ends[:-1].repeat(2), np.diff(ends).repeat(2)))
+        filled = np.bincount(row * columns + column, minlength=rows * columns).reshape(rows, columns)
         before = np.cumsum(np.concatenate([0 * filled[:, :1], filled, filled], 1), axis=1)
         self._start = (2 * ends[:-1, None] + before).astype(np.int32).reshape(-1)
-        self._low = low = np.array([elevation[row].min() for row in rows])
-        self._high = high = np.array([elevation[row].max() for row in rows])
-        middle = (low + high) / 2
-        # By columns: sine and cosine of a band's middle, half its height [rad].
-        self._bands = np.stack([np.sin(middle), np.maximum(np.cos(middle), 1e-12), (high - low) / 2])
         self.rotation: np.ndarray = np.eye(3)
         self.count = len(local)
         """Number of directions."""
 
-    def near(self, axes: np.ndarray, half: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(index (k,), counts (m,)): every ray in a cone about the origin, and some more, cone after cone.
+    def turned(self, rotation: np.ndarray) -> RayGrid:
+        """The same directions in a frame that `rotation` (3, 3) turns to world axes; they share their data."""
+        found = copy(self)
+        found.rotation = rotation
+        return found
+
+    def near(self, axes: np.ndarray, half: np.ndarray, span: int = 0) -> tuple[np.ndarray, np.ndarray]:
+        """(index (k,), counts (m,)): every ray of a span in a cone, and some more, cone after cone.
 
         axes: (m, 3) float64, of any length, world axes; half: (m,) [rad], half the angle of each cone; from pi on, all
         rays. A ray is repeated for each cone that may contain it.
         """
-        return self.near_local(axes @ self.rotation, half)
+        return self.near_local(axes @ self.rotation, half, np.full(len(axes), span))
 
-    def near_local(self, axes: np.ndarray, half: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The same, with the axes in the grid's own frame."""
+    def near_local(self, axes: np.ndarray, half: np.ndarray, span: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The same, with the axes in the grid's own frame, and a span (m,) for each cone."""
         x, y, z = axes.T
         level = np.hypot(x, y)
         elevation, azimuth, length = np.arctan2(z, level), np.arctan2(y, x), np.maximum(np.hypot(level, z), 1e-300)
         wide = half + MARGIN
         first = self._high.searchsorted(elevation - wide)
         bands = np.maximum(self._low.searchsorted(elevation + wide, side="right") - first, 0)
-        cones = np.stack([z / length, np.maximum(level / length, 1e-12), wide, azimuth * PER_RADIAN])
+        cones = np.stack([z / length, np.maximum(level / length, 1e-12), wide, azimuth * self._per_radian])
         sine, cosine, wide, centre = cones.repeat(bands, axis=1)
-        band = _runs(first, bands)
+        row = runs(first + span * self._count, bands)
+        band = row - (span * self._count).repeat(bands)
         band_sine, band_cosine, reach = self._bands.take(band, axis=1)
         # Half the azimuth of a cone in a band, by the spherical law of cosines.
         within = np.cos(np.minimum(wide + reach, np.pi)) - sine * band_sine - ROUNDING
-        width = np.arccos((within / (cosine * band_cosine)).clip(-1.0, 1.0)) * PER_RADIAN + MARGIN * PER_RADIAN
+        width = np.arccos((within / (cosine * band_cosine)).clip(-1.0, 1.0)) * self._per_radian
+        width += MARGIN * self._per_radian
         low = _cell(centre - width)
-        span = np.minimum(_cell(centre + width) - low, COLUMNS - 1)
-        low = (low + COLUMNS // 2) % COLUMNS + band * (2 * COLUMNS + 1)
+        inside = np.minimum(_cell(centre + width) - low, self._columns - 1)
+        low = (low + self._columns // 2) % self._columns + row * (2 * self._columns + 1)
         start = self._start.take(low)
-        rays = self._start.take(low + span + 1) - start
+        rays = self._start.take(low + inside + 1) - start
         counts = np.bincount(np.arange(len(axes)).repeat(bands), rays, len(axes)).astype(np.intp)
-        return self._index.take(_runs(start, rays)), counts
+        return self._index.take(runs(start, rays)), counts
+
+
+def _cone(directions: np.ndarray) -> tuple[np.ndarray, float]:
+    """A unit vector (3,) float64 in the middle of directions (n, 3) and the largest angle to it [rad]."""
+    lit = directions[directions.any(axis=1)].astype(np.float64)
+    middle = lit.sum(axis=0)
+    length = float(np.sqrt(middle @ middle))
+    if not length > 1e-6 * max(1, len(lit)):  # all round, or no ray at all
+        return np.array([0.0, 0.0, 1.0]), np.pi
+    axis = middle / length
+    return axis, float(np.arccos(np.clip((lit @ axis).min(), -1.0, 1.0)))
 
 
 def _bands(elevation: np.ndarray) -> np.ndarray:
@@ -99,7 +128,7 @@ def _cell(azimuth: np.ndarray) -> np.ndarray:
     return np.asarray(np.floor(azimuth), np.int64)
 
 
-def _runs(start: np.ndarray, count: np.ndarray) -> np.ndarray:
+def runs(start: np.ndarray, count: np.ndarray) -> np.ndarray:
     """Every value in the runs start .. start + count - 1, run after run."""
     ends = count.cumsum()
     out = (start - ends + count).repeat(count)

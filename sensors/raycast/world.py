@@ -128,16 +128,23 @@ class CastWorld:
         for others in beyond:
             others.add_beyond(rays, (rays.origin - anchor).astype(np.float32), threads, nearest)
             rays = replace(rays, reach=math.inf)
-        body_poses = self.body_poses(poses)
+        states = poses if rays.spans else (poses,)
+        looks = [
+            (nearest.some(rows), one, state, self.body_poses(state))
+            for (rows, one), state in zip(rays.by_state(), states, strict=True)
+        ]
         for index, _ in self._planes:
             if index not in scenes.skip:
-                origin, normal = self.plane(index, body_poses)
-                nearest.add_plane(_plane_distances(rays, origin, normal), normal, index)
-        if self._moving is not None and body_poses is not None:
+                for own, one, _, bodies in looks if self.body_of[index] >= 0 else [(nearest, rays, None, None)]:
+                    origin, normal = self.plane(index, bodies)
+                    own.add_plane(_plane_distances(one, origin, normal), normal, index)
+        body_poses = [bodies for *_, bodies in looks if bodies is not None]
+        if self._moving is not None and body_poses:
             skip = scenes.left_out(self._moving.surfaces)
-            self._moving.cast(rays, anchor, body_poses, skip, threads, nearest)
+            self._moving.cast(rays, anchor, np.stack(body_poses), skip, threads, nearest)
         if self._soft is not None:
-            self._soft.cast(rays, poses, scenes.skip, threads, nearest)
+            for own, one, state, _ in looks:
+                self._soft.cast(one, state, scenes.skip, threads, own)
         return nearest.hits()
 
     def static_scene(self, origin: np.ndarray, exclude: frozenset[str]) -> tuple[np.ndarray, TriangleScene | None]:

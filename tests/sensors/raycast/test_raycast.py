@@ -1,6 +1,7 @@
 """Rays against closed-form geometry, near and far from the origin, standing and moving."""
 
 import gc
+import itertools
 import math
 
 import numpy as np
@@ -9,7 +10,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from graph.base.errors import RunError
-from graph.sim.geometry.collect import Mesh, Plane
+from graph.sim.geometry.closed_forms import closed_form
+from graph.sim.geometry.collect import Mesh, Plane, Solid
 from sensors.raycast import triangles
 from sensors.raycast.bodies import FEW_RAYS
 from sensors.raycast.rays import RayBundle, RayMemory
@@ -257,6 +259,23 @@ def test_a_window_has_each_ray_in_its_cone_and_none_twice(lidar, axes, half, tur
         cosine = local.astype(float) @ (grid.rotation.T @ axis) / math.hypot(*axis)
         assert len(set(found)) == len(found)
         assert set(np.flatnonzero(np.arccos(np.clip(cosine, -1, 1)) <= half)) <= set(found)
+
+
+@pytest.mark.parametrize("starts", [(0, 100, 300), tuple(range(0, 810, 9))])
+@given(axis=st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: math.hypot(*v) > 0.1), half=st.floats(0, math.pi + 0.1))
+@settings(deadline=None)
+def test_a_window_in_one_span_has_the_rays_of_that_span_only(starts, axis, half):
+    local = np.asarray(ROWS_OF_A_LIDAR, np.float32)
+    grid, span = RayGrid(local, starts), np.arange(len(starts))
+
+    index, counts = grid.near_local(np.tile(axis, (len(starts), 1)), np.full(len(starts), half), span)
+
+    cosine = local.astype(float) @ np.array(axis) / math.hypot(*axis) / np.linalg.norm(local.astype(float), axis=1)
+    inside = np.arccos(np.clip(cosine, -1, 1)) <= half
+    ends = [*starts[1:], len(local)]
+    for first, last, found in zip(starts, ends, np.split(index, np.cumsum(counts)[:-1]), strict=True):
+        assert len(set(found)) == len(found)
+        assert set(first + np.flatnonzero(inside[first:last])) <= set(found) <= set(range(first, last))
 
 
 @pytest.fixture
@@ -515,3 +534,61 @@ def test_scenes_that_nobody_holds_make_room_again():
     del world
 
     assert triangles.alive() == before
+
+
+def ball(path):
+    form = closed_form("Sphere", {"radius": 0.6}, "Z")
+    return Solid(path, path, form, lambda: sphere(0.6, 10))
+
+
+def soft_points(surface, state):
+    return surface.vertices + 0.3 * np.array([0.0, 0.0, state or 0])
+
+
+@pytest.mark.parametrize("heavy", [False, True], ids=["gathered meshes", "meshes in cells"])
+@pytest.mark.parametrize("offset", [False, True], ids=["one origin", "an origin for each ray"])
+@pytest.mark.parametrize("grid", ["none", "whole", "cut"])
+def test_rays_in_spans_meet_what_they_meet_when_each_state_is_cast_alone(heavy, offset, grid):
+    """Moving solids, meshes and a plane, cloth, and a room that stands still; twice, as what stands still is kept."""
+    shape = sphere(0.7, 30) if heavy else box((0.5, 0.7, 0.6))
+    names = [f"/World/B{number}" for number in range(8)]
+    moving = [ball(name) if number % 2 else mesh(shape, name, name) for number, name in enumerate(names)]
+    floor = Plane("/World/Lift", "/World/Lift", np.array([0.0, 0.0, -1.0]), np.array([0.0, 0.0, 1.0]))
+    cloth = mesh(box((0.8, 0.8, 0.05), (2.0, 2.0, 1.0)), "/World/Cloth")
+    bodies = {name: number for number, name in enumerate([*names, "/World/Lift"])}
+
+    def poses(state):
+        turns = [0.7 * number + 0.2 * state for number in bodies.values()]
+        return np.stack([pose_at(3 * math.cos(a), 3 * math.sin(a), 0.1 * state, turn=a) for a in turns])
+
+    world = CastWorld(
+        [mesh(box((9, 9, 9)), "/World/Room"), *moving, floor, cloth],
+        poses,
+        soft=frozenset({"/World/Cloth"}),
+        points=soft_points,
+    )
+    ends, states = (0, 500, 1300, 4000), (0, 1, 2)
+    offsets = np.random.default_rng(3).uniform(-0.05, 0.05, (4000, 3)).astype(np.float32) if offset else None
+    whole = bundle((0.1, 0.2, 0.3), fan(), offsets=offsets)
+    whole.memory = RayMemory()
+    rows = [slice(*each) for each in itertools.pairwise(ends)]
+    alone = []
+    for part, state in zip(rows, states, strict=True):
+        table = whole.table[part].copy()
+        own = RayBundle(whole.origin, table, None if offsets is None else offsets[part])
+        alone.append(world.cast(own, state, normals=True, spots=True))
+    whole.spans = [whole.some(part) for part in rows]
+    found = RayGrid(whole.table[:, 3:].copy(), ends[:-1] if grid == "cut" else (0,))
+    for number, span in enumerate(whole.spans if grid != "none" else ()):
+        span.grid, span.first, span.span = found, ends[number], number if grid == "cut" else 0
+
+    for _ in range(3):
+        together = world.cast(whole, states, normals=True, spots=True)
+
+        for hits, part in zip(alone, rows, strict=True):
+            mine = together.some(part)
+            np.testing.assert_array_equal(mine.distance, hits.distance)
+            np.testing.assert_array_equal(mine.normals, hits.normals)
+            np.testing.assert_array_equal(mine.surfaces(), hits.surfaces())
+            np.testing.assert_array_equal(mine.spots.triangle, hits.spots.triangle)
+    assert len(set(together.surfaces())) == len(world.surfaces)
