@@ -12,7 +12,7 @@ import numpy as np
 from .cells import Cells, folded
 from .config import ScanConfig
 from .grouping import Groups
-from .interference import added
+from .interference import added, gathered
 from .scattering import Arrivals
 
 LOBE = 2
@@ -146,8 +146,9 @@ def summed(grid: Grid, found: Arrivals) -> Part:
     """Arrivals put into cells. Fields of one group add up as far as the radar does not resolve them; then powers do."""
     values: Sequence[np.ndarray] = (found.range_m, found.velocity, found.azimuth, found.height)
     power = found.power
-    if found.field is not None:
-        power, values = added(found, values, [cells.width for cells in grid.axes])
+    if found.group is not None:
+        brought = added if found.field is not None else gathered
+        power, values = brought(found, values, [cells.width for cells in grid.axes])
         rows, cell, values = grid.place(values)
         return Part(cell, power[rows], np.stack(values), found.bounces)
     rows, cell, values = grid.place(values, found.angle)

@@ -1,4 +1,4 @@
-"""Fields that add up: those of one group, of faces or corners, within what a radar resolves."""
+"""Fields and powers of one group, of a face, a corner or a curved surface, within what a radar resolves."""
 
 from __future__ import annotations
 
@@ -59,6 +59,25 @@ def added(
             place = groups.sum(share * (one - np.take(mean, which)))
             mean += np.where(np.abs(place) < width / 2, place, 0.0)
     return squared, list(means)
+
+
+def gathered(
+    found: Arrivals, values: Sequence[np.ndarray], widths: Sequence[float]
+) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Powers (m,) and values (4 of (m,)) of powers that add up: in each group all that lie within a cell's size.
+
+    As `added`: a curved target that the radar does not resolve is one, also on the edge of a cell.
+    """
+    assert found.group is not None
+    groups = Groups(found.group)
+    which = groups.which
+    middle = groups.means(values, found.power, groups.sum(found.power))
+    key = which.astype(np.uint64)
+    for width, row, mean in zip(widths, values, middle, strict=True):
+        key = _joined(key, np.rint((row - np.take(mean, which)) / width))
+    groups = Groups(key)
+    total = groups.sum(found.power)
+    return total, list(groups.means(values, found.power, total))
 
 
 def _shared(

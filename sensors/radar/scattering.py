@@ -5,8 +5,9 @@ is linear, and its integral a product of two sinc functions, so tubes may be man
 field of a tube is gain x reflection x solid angle x (way in / way back) x exp(-j k way), near and far (Ling, Chou and
 Lee, "Shooting and bouncing rays", IEEE Trans. AP-37 (1989) 194-205).
 
-A face of a curved surface spreads its lobe over the angles to its neighbours, as geometrical optics of the curved
-surface does; a rough one scatters part of the power by Lambert's law. Both add up as powers.
+A tube that meets a face of a curved surface has a lobe about the normal there, spread over the angles to the face's
+neighbours, as geometrical optics of the curved surface does; a rough one scatters part of the power by Lambert's law.
+Both add up as powers.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from .planes import NO_PLANE
+from .planes import FADED, NO_PLANE
 from .rays import Tubes
 from .waves import Met, Setting, dot, face_keys, tangential
 
@@ -38,8 +39,9 @@ class Arrivals:
 
     range_m: half the way [m]. velocity: half its rate [m/s], positive where it grows. azimuth, height: sines of azimuth
     and elevation that it arrives from. power: (k,) [W]. field: (k,) complex [sqrt(W)], where they add up as fields;
-    group: (k,) uint64 then, equal for those that do. zone: (k,) angles that the first Fresnel zone takes up then [rad].
-    angle: (k,) int64, the angle cells, if they are known (`Grid.angles`). bounces: faces on the way.
+    zone: (k,) angles that the first Fresnel zone takes up then [rad]. group: (k,) uint64, equal for fields that add up,
+    and for the powers of one curved surface. angle: (k,) int64, the angle cells, if they are known (`Grid.angles`).
+    bounces: faces on the way.
     """
 
     range_m: np.ndarray
@@ -68,7 +70,7 @@ def again(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
     if not setting.reflections.scatters:
         return
     power = _scattered(setting, tubes.weight, tubes, met)
-    power *= (met.cosine / met.way**2).astype(np.float32)
+    power *= (met.cosine / met.way**2).astype(np.float32) * _passed(met)
     power *= met.way < setting.seen
     yield _with_power(met.way, met.rate_again(), *_own(tubes, met), power)
 
@@ -116,25 +118,81 @@ def _with_power(
 
 
 def curved(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
-    """Faces of curved surfaces: the integral of the lobe over all directions is pi x area, however wide it is."""
-    planes = setting.planes
-    if not planes.any_curved or not len(met):
-        return
-    met = met.at(np.flatnonzero((met.plane != NO_PLANE) & planes.curved[met.plane]))
+    """What faces of curved surfaces send straight back; after mirrors by the two ways in both orders."""
+    met = _bent(setting, tubes, met, met.back)
     if not len(met):
         return
-    row, antenna, plane = met.waves.row, setting.antenna, met.plane
-    across = np.einsum("pai,ip->pa", planes.axes[plane], _middle_ways(setting, met))
+    row, antenna = met.waves.row, setting.antenna
+    power = _glint(setting, tubes, met, _middle_ways(setting, met)) / met.out**2
+    back, group = _local(setting, met.back), _surface_keys(setting, met)
+    range_m, rate = met.range_m, met.rate()
+    first = power * np.take(tubes.sends, row) * antenna.hears(back)
+    yield Arrivals(range_m, rate, _azimuth(back), back[2], first, group=group)
+    if met.waves.image is not None:
+        second = power * np.take(tubes.hears, row) * antenna.sends(back)
+        yield Arrivals(range_m, rate, *_own(tubes, met), second, group=group)
+
+
+def curved_again(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
+    """What faces of curved surfaces, met after mirrors, send back along the way on which the wave came."""
+    met = _bent(setting, tubes, met, met.waves.direction)
+    if not len(met):
+        return
+    power = _glint(setting, tubes, met, -met.waves.direction) * _passed(met) / met.way**2
+    power *= np.take(tubes.sends, met.waves.row) * np.take(tubes.hears, met.waves.row)
+    power *= met.way < setting.seen
+    yield Arrivals(met.way, met.rate_again(), *_own(tubes, met), power, group=_surface_keys(setting, met))
+
+
+def _bent(setting: Setting, tubes: Tubes, met: Met, back: np.ndarray) -> Met:
+    """Those that meet faces of curved surfaces within reach of their lobes; back: (3, k), the ways back."""
+    planes = setting.planes
+    rows = np.zeros(0, np.intp)
+    if planes.any_curved:
+        rows = np.flatnonzero((met.plane != NO_PLANE) & planes.curved[met.plane])
+    met, back = met.at(rows), back[:, rows]
+    ways = 1.0 + dot(met.waves.direction, back)
+    sine = ways / 2.0 - (met.slope + dot(met.normal, back)) ** 2 / 4.0
+    row, (wide, bend) = met.waves.row, planes.widths(setting.antenna.wavelength)
+    solid = np.take(tubes.width, row) * np.take(tubes.height, row) * (_wide(tubes, met) ** 2 * FADED / 2.0)
+    reach = np.take(wide, met.plane)
+    reach += solid * (1.0 / 3.0 + np.take(bend, met.plane) * met.way**2 / met.cosine)
+    found: Met = met.at(np.flatnonzero(sine < reach))
+    return found
+
+
+def _glint(setting: Setting, tubes: Tubes, met: Met, ways: np.ndarray) -> np.ndarray:
+    """What faces of curved surfaces receive at 1 m [W m^2] (k,), at gain 1; ways: (3, k), the middles of both ways.
+
+    The integral of the lobe over all directions is pi x area, however wide it is. Each tube meets the surface where the
+    normal has turned by `bend` from that of the face, and counts as a lobe of at least half its own footprint's turn:
+    however many tubes meet a face, they add up to the surface.
+    """
+    planes, row, plane = setting.planes, met.waves.row, met.plane
+    axes, bend = planes.axes[plane], planes.bend[plane]
+    place = met.back.T * met.out[:, None] + setting.pose[:3, 3] - planes.middle[plane]
+    across = np.einsum("pai,ip->pa", axes, ways)
+    across -= np.einsum("pab,pbi,pi->pa", bend, axes, place) * dot(ways, met.normal)[:, None]
     wide = _wide(tubes, met) ** 2
-    tube = tubes.width[row] * tubes.height[row] * (wide / 12.0)
-    spread = planes.lobes(antenna.wavelength)[plane] + tube[:, None, None] * np.eye(2)
+    solid = tubes.width[row] * tubes.height[row] * wide
+    spread = planes.lobes(setting.antenna.wavelength)[plane] + (solid / 12.0)[:, None, None] * np.eye(2)
+    spread += np.einsum("pab,pcb->pac", bend, bend) * (solid * met.way**2 / (4.0 * met.cosine))[:, None, None]
     inverse = np.linalg.inv(spread)
     lobe = np.exp(-0.5 * np.einsum("pa,pab,pb->p", across, inverse, across)) * np.sqrt(np.linalg.det(inverse))
     left = np.abs(met.waves.left(setting.reflections.coherent(met.table))) ** 2
-    back = _local(setting, met.back)
-    gain = np.take(tubes.sends, row) * antenna.hears(back)
-    power = antenna.receives * left * gain * tubes.solid[row] * wide * lobe / (2.0 * met.cosine * met.out**2)
-    yield Arrivals(met.range_m, met.rate(), _azimuth(back), back[2], power)
+    return np.asarray(setting.antenna.receives * left * tubes.solid[row] * wide * lobe / (2.0 * met.cosine))
+
+
+def _passed(met: Met) -> np.ndarray | np.float32:
+    """The share of the power (k,) that mirrors on the way in leave of a wave that passes them once more."""
+    left = met.waves.field
+    return np.float32(1.0) if left is None else np.asarray(left.real**2 + left.imag**2)
+
+
+def _surface_keys(setting: Setting, met: Met) -> np.ndarray:
+    """(k,) uint64 of the surface that sends back and of the mirrors on the way."""
+    waves, key = met.waves, np.take(setting.surfaces, met.plane).astype(np.uint64)
+    return key if waves.image is None else np.asarray(key + np.take(waves.images.key, waves.image))
 
 
 def _middle_ways(setting: Setting, met: Met) -> np.ndarray:

@@ -15,7 +15,7 @@ from .cube import Grid, Part, summed
 from .images import Images
 from .lit import Beam, bent, heights, leading, lit, mirrors, scattered
 from .rays import Tubes
-from .scattering import Arrivals, again, curved, facing, flat, mirrored, rough
+from .scattering import Arrivals, again, curved, curved_again, facing, flat, mirrored, rough
 from .waves import Met, Sent, Setting, Waves, cast_first, first_waves, in_sight, meet, next_waves, reflected
 
 BLOCK = 65_536
@@ -27,10 +27,11 @@ Each = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
 
 @dataclass(slots=True)
 class _Block:
-    """What became of some tubes at one bounce: parts of the cube, fields, and what goes on."""
+    """What became of some tubes at one bounce: parts of the cube, fields, powers of curved surfaces, what goes on."""
 
     parts: list[Part]
     fields: list[Arrivals]
+    glints: list[Arrivals]
     on: Sent | None
 
 
@@ -64,12 +65,12 @@ class Tracer:
         pieces = [piece for beam in beams for piece in beam.blocks(BLOCK)]
         blocks = list(self.each(partial(self._first, tubes), pieces))
         found: list[Part] = []
-        fields: list[Arrivals] = []
+        grouped: list[Arrivals] = []
         images = Images.none()
         for bounce in range(1, setting.bounces + 1):
             found += [part for block in blocks for part in block.parts]
-            if any(block.fields for block in blocks):
-                fields.append(Arrivals.together([each for block in blocks for each in block.fields]))
+            kinds = ([each for block in blocks for each in getattr(block, kind)] for kind in ("fields", "glints"))
+            grouped += [Arrivals.together(kind) for kind in kinds if kind]
             on = [block.on for block in blocks if block.on is not None and len(block.on.row)]
             if not on:
                 break
@@ -83,7 +84,7 @@ class Tracer:
             found += [part for *_, parts in met for part in parts]
             jobs = [(each, at) for (each, *_), at in zip(met, seen, strict=True)]
             blocks = list(self.each(partial(self._again, tubes, bounce + 1), jobs))
-        found += self.each(partial(summed, self.grid), fields)
+        found += self.each(partial(summed, self.grid), grouped)
         return found
 
     def _first(self, tubes: Tubes, piece: tuple[Beam, slice]) -> _Block:
@@ -95,10 +96,10 @@ class Tracer:
             waves = first_waves(setting, tubes, rows + seen.tubes.start)
             return meet(setting, waves, beam.hits, rows + seen.part.start, np.take(seen.plane, rows))
 
-        spread = curved(setting, tubes, met(bent(setting, seen)))
+        glints = list(curved(setting, tubes, met(bent(setting, seen))))
         fields = list(flat(setting, tubes, met(mirrors(setting, tubes, seen))))
         on = reflected(setting, met(leading(setting, tubes, seen))) if setting.bounces > 1 else None
-        return _Block([*self._summed(1, back), *self._summed(1, spread)], fields, on)
+        return _Block(self._summed(1, back), fields, glints, on)
 
     def _met(
         self, tubes: Tubes, bounce: int, waves: Waves, hits: Any, row: np.ndarray
@@ -118,12 +119,12 @@ class Tracer:
     def _again(self, tubes: Tubes, bounce: int, job: tuple[Met, np.ndarray]) -> _Block:
         (met, rows), setting = job, self.setting
         seen = met.at(rows)
-        parts = [*rough(setting, tubes, seen), *curved(setting, tubes, seen)]
         fields = list(flat(setting, tubes, seen.at(mirrored(setting, seen))))
-        for each in fields:
+        glints = [*curved(setting, tubes, seen), *curved_again(setting, tubes, met)]
+        for each in (*fields, *glints):
             each.bounces = bounce
         on = reflected(setting, met) if bounce < setting.bounces else None
-        return _Block(self._summed(bounce, parts), fields, on)
+        return _Block(self._summed(bounce, rough(setting, tubes, seen)), fields, glints, on)
 
     def _summed(self, bounce: int, found: Iterable[Arrivals]) -> list[Part]:
         parts = [one for one in found if len(one.power)]

@@ -149,17 +149,18 @@ def test_two_targets_are_two_where_their_cells_are(second, count):
     assert len(near) == count
 
 
-def test_a_mirror_makes_ghosts_at_the_ways_of_its_image():
-    """Radar at 0, a rough ball at (10, 0), a mirror y = 3: the image is at (10, 6), 11.662 m away at 30.96 deg. Seen
-    are 10 m at 0, the ways there by one and back by the other, 10.831 m at 0 and at 30.96, and 11.662 m at 30.96; all
-    less the ball's radius of 0.05 m on each way."""
+@pytest.mark.parametrize("material", ["calibration_lambertion", "steel"])
+def test_a_mirror_makes_ghosts_at_the_ways_of_its_image(material):
+    """Radar at 0, a rough or smooth ball at (10, 0), a mirror y = 3: the image is at (10, 6), 11.662 m away at
+    30.96 deg. Seen are 10 m at 0, the ways there by one and back by the other, 10.831 m at 0 and at 30.96, and 11.662 m
+    at 30.96; all less the ball's radius of 0.05 m on each way."""
     prims = {
         "/World/Mirror": {"type": "Cube", "size": 1.0, "scale": [30, 0.01, 6], "translate": [10, 3.005, 0]},
         "/World/Ball": {
             "type": "Sphere",
             "radius": 0.05,
             "translate": [10, 0, 0],
-            "material": "calibration_lambertion",
+            "material": material,
         },
     }
     attributes = {**FOUR, f"{SCAN}maxAzAngDeg": 45.0, f"{SCAN}rcsTuningCoefficients": [-200.0, 1.0, 0.0]}
@@ -172,14 +173,47 @@ def test_a_mirror_makes_ghosts_at_the_ways_of_its_image():
         assert near.any(), (distance, azimuth)
 
 
-def test_a_moving_target_moves_its_ghosts_by_half_the_rate_of_their_ways():
+@pytest.mark.parametrize("target", ["calibration_lambertion", "steel"])
+def test_ghosts_lose_what_each_mirror_takes(target):
+    """The way by a mirror there and straight back meets it once, that by its image twice, at one angle: if a mirror of
+    glass, and not of steel, costs the first x dB, it costs the second 2 x. A steel one costs nothing: a smooth ball
+    returns pi r^2 x (R - r)^2 / R^2 by its image, R = 11.662 m, -5.71 dBsm for r = 0.3 m."""
+    found = {}
+    for mirror in ("steel", "clear_glass"):
+        prims = {
+            "/World/Mirror": {
+                "type": "Cube",
+                "size": 1.0,
+                "scale": [30, 0.01, 6],
+                "translate": [10, 3.005, 0],
+                "material": mirror,
+            },
+            "/World/Ball": {"type": "Sphere", "radius": 0.3, "translate": [10, 0, 0], "material": target},
+        }
+        attributes = {**FOUR, f"{SCAN}maxAzAngDeg": 45.0, f"{SCAN}rcsTuningCoefficients": [-300.0, 1.0, 0.0]}
+        attributes |= {f"{SCAN}cfarMinVal": 1e-30, f"{SCAN}cfarOffset": 0.0}
+        with radar_world(prims, attributes) as (app, product):
+            app.update()
+            seen = everything(product)
+        for name, distance, azimuth in (("once", 10.542, 0.0), ("twice", 11.362, 30.96)):
+            near = (np.abs(seen[:, 0] - distance) < 0.15) & (np.abs(seen[:, 2] - azimuth) < 2.0)
+            found[mirror, name] = 10 * math.log10((10 ** (seen[near, 3] / 10)).sum())
+    once, twice = (found["clear_glass", name] - found["steel", name] for name in ("once", "twice"))
+    assert once < -2
+    assert twice == pytest.approx(2 * once, abs=0.3)
+    if target == "steel":
+        assert found["steel", "twice"] == pytest.approx(-5.71, abs=0.5)
+
+
+@pytest.mark.parametrize("material", ["calibration_lambertion", "steel"])
+def test_a_moving_target_moves_its_ghosts_by_half_the_rate_of_their_ways(material):
     """The ball moves at +5 m/s along x: 5, (5 + 5 cos 30.96) / 2 = 4.644, 5 cos 30.96 = 4.287."""
     prims = {
         "/World/Mirror": {"type": "Cube", "size": 1.0, "scale": [30, 0.01, 6], "translate": [10, 3.005, 0]},
         "/World/Ball": {
             **BALL,
             **{"radius": 0.05, "translate": [10 - 5 / 60, 0, 0], "velocity": [5, 0, 0]},
-            "material": "calibration_lambertion",
+            "material": material,
         },
     }
     attributes = {**FOUR, f"{SCAN}maxAzAngDeg": 45.0, f"{SCAN}rcsTuningCoefficients": [-200.0, 1.0, 0.0]}

@@ -1,0 +1,276 @@
+"""The flat faces of one mesh: which triangles make up a plane, and how the surface bends from plane to plane."""
+
+from __future__ import annotations
+
+import hashlib
+from collections import OrderedDict
+from dataclasses import dataclass
+
+import numpy as np
+
+SMOOTH = np.cos(np.deg2rad(40.0))
+"""Cosine of the angle between two neighbouring faces up to which they stand for one curved surface."""
+
+FLAT = 1.0 - 1e-8
+"""Cosine from which on two faces are one plane."""
+
+ROUNDED = 1e-6
+"""What float32 may be off by in a flat face, over the largest coordinate of its mesh: some roundings of 6e-8 each."""
+
+LEAST_M, MOST_M = 2e-6, 5e-5
+"""Corners so near a plane are in it, whatever the coordinates are: down to 0.4 deg and up to 10 deg of phase."""
+
+TURNED = 1.0 - 2e-6
+"""Cosine of the angle (2 mrad) beyond which two faces are not one plane, however small they are."""
+
+POLE = 8
+"""More faces than these around a vertex make it a pole."""
+
+SPREAD = 1.0 / 8.0
+"""Share of the squared angles to the neighbours that a face's normals are spread by: the lobes of faces at equal steps
+then add up to a curve without ripple (below 0.1 dB along one axis)."""
+
+MOST_KEPT = 500_000
+"""Triangles whose faces are kept for the next App with the same meshes."""
+
+_HASH = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9, 0x27D4EB2F165667C5], np.uint64)
+
+
+@dataclass(frozen=True, slots=True)
+class Faces:
+    """The planes of one mesh, in its frame; p of them.
+
+    of_triangle: (m,) int32, the plane of each triangle. normal: (p, 3), offset: (p,) [m]: n . x = offset. middle:
+    (p, 3) [m] of its area. axes: (p, 2, 3), two unit vectors in the plane. curved: (p,) bool, whether it is a piece of
+    a curved surface; then spread: (p, 2, 2) covariance of the surface's normals [rad^2], extent: (p, 2, 2) of its area
+    [m^2] and bend: (p, 2, 2), by how much the surface's normal turns along it [rad/m], in the axes.
+    """
+
+    of_triangle: np.ndarray
+    normal: np.ndarray
+    offset: np.ndarray
+    middle: np.ndarray
+    axes: np.ndarray
+    curved: np.ndarray
+    spread: np.ndarray
+    extent: np.ndarray
+    bend: np.ndarray
+
+
+def faces_of(vertices: np.ndarray, triangles: np.ndarray) -> Faces:
+    """The planes of a mesh: vertices (n, 3) float64 [m], triangles (m, 3)."""
+    corners = vertices[triangles]
+    doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    twice = np.linalg.norm(doubled, axis=1)
+    normals = doubled / np.where(twice, twice, 1.0)[:, None]
+    centres = corners.mean(axis=1)
+    offsets = np.einsum("ij,ij->i", normals, centres)
+    keys = _hashed(np.rint(np.c_[normals * 1e4, offsets * 1e4]).astype(np.int64))
+    _, of_triangle = np.unique(keys, return_inverse=True)
+    keys = _hashed(np.rint(vertices * 1e6).astype(np.int64))
+    _, known, welded = np.unique(keys, return_index=True, return_inverse=True)
+    shared = _shared_edges(welded[triangles])
+    of_triangle = _flattened(corners, normals, twice, of_triangle, shared)
+    count = int(of_triangle.max()) + 1
+
+    def summed(values: np.ndarray) -> np.ndarray:
+        flat = values.reshape(len(values), -1)
+        columns = [np.bincount(of_triangle, flat[:, i], count) for i in range(flat.shape[1])]
+        return np.stack(columns, 1).reshape(count, *values.shape[1:])
+
+    area = np.maximum(summed(twice[:, None])[:, 0], 1e-300)
+    normal = summed(doubled)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    middle: np.ndarray = summed(centres * twice[:, None]) / area[:, None]
+    arms = corners - middle[of_triangle][:, None]
+    inner = np.einsum("mci,mcj->mij", arms, arms) + 9.0 * np.einsum(
+        "mi,mj->mij", centres - middle[of_triangle], centres - middle[of_triangle]
+    )
+    moment = summed(inner * twice[:, None, None]) / (12.0 * area)[:, None, None]
+    axes = plane_axes(normal)
+    poles, polar, around = _around_poles(welded[triangles], of_triangle, normal)
+    # A narrow triangle's normal is the surface's half way from the pole, not at two thirds, where its middle is.
+    middle[polar] += (vertices[known[poles]] - middle[polar]) / 4.0
+    turned, bent, apart, neighbours = _turns(of_triangle[shared], normal, middle, (polar, around))
+    bent, apart = _projected(bent, axes), _projected(apart, axes)
+    least = 1e-6 * np.trace(apart, axis1=1, axis2=2) + 1e-30
+    share = SPREAD * np.minimum(1.0, 4.0 / np.maximum(neighbours, 1))
+    spread = _projected(turned, axes) * share[:, None, None]
+    extent = _projected(moment, axes)
+    for tensor in (spread, extent):  # narrow faces that lie around a pole in all directions stand for round ones
+        tensor[polar] = np.sqrt(np.maximum(np.linalg.det(tensor[polar]), 0.0))[:, None, None] * np.eye(2)
+    return Faces(
+        of_triangle.astype(np.int32),
+        normal,
+        np.einsum("ij,ij->i", normal, middle),
+        middle,
+        axes,
+        neighbours > 0,
+        spread,
+        extent,
+        bent @ np.linalg.inv(apart + least[:, None, None] * np.eye(2)),
+    )
+
+
+class _FacesByContent:
+    """The faces of meshes that this process met last, by their content."""
+
+    def __init__(self) -> None:
+        self._found: OrderedDict[bytes, Faces] = OrderedDict()
+        self._kept = 0
+
+    def of(self, vertices: np.ndarray, triangles: np.ndarray) -> Faces:
+        """As `faces_of`."""
+        digest = hashlib.blake2b(np.ascontiguousarray(vertices).data, digest_size=32)
+        digest.update(np.ascontiguousarray(triangles).data)
+        key = digest.digest()
+        found = self._found.pop(key, None)
+        if found is None:
+            found = faces_of(vertices, triangles)
+            self._kept += len(triangles)
+        self._found[key] = found
+        while self._kept > MOST_KEPT and self._found:
+            self._kept -= len(self._found.popitem(last=False)[1].of_triangle)
+        return found
+
+
+FACES_BY_CONTENT = _FacesByContent()
+
+
+def _hashed(rows: np.ndarray) -> np.ndarray:
+    """One uint64 for each row of up to four integers."""
+    total = np.zeros(len(rows), np.uint64)
+    for column, factor in zip(rows.T, _HASH, strict=False):
+        total = (total ^ column.astype(np.uint64)) * factor
+        total ^= total >> np.uint64(29)
+    return total
+
+
+def plane_axes(normal: np.ndarray) -> np.ndarray:
+    """(p, 2, 3): two unit vectors across each normal."""
+    helper = np.where(np.abs(normal[:, :1]) < 0.6, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
+    first = np.cross(normal, helper)
+    first /= np.maximum(np.linalg.norm(first, axis=1), 1e-300)[:, None]
+    return np.stack((first, np.cross(normal, first)), 1)
+
+
+def _projected(tensor: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """(p, 2, 2) of tensors (p, 3, 3) in the planes' axes."""
+    return np.asarray(np.einsum("pai,pij,pbj->pab", axes, tensor, axes, optimize=True))
+
+
+def _shared_edges(corners: np.ndarray) -> np.ndarray:
+    """Pairs (2, e) of triangles that share an edge. corners: (m, 3), numbers of their vertices."""
+    ends = np.sort(corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    key = ends[:, 0].astype(np.int64) * (int(corners.max()) + 1) + ends[:, 1]
+    order = np.argsort(key, kind="stable")
+    same = np.flatnonzero(key[order[1:]] == key[order[:-1]])
+    return np.stack((order[same], order[same + 1])) // 3
+
+
+def _flattened(
+    corners: np.ndarray, normals: np.ndarray, twice: np.ndarray, plane: np.ndarray, shared: np.ndarray
+) -> np.ndarray:
+    """Planes (m,) of triangles, where neighbours that lie in one but for rounding are one.
+
+    corners: (m, 3, 3) [m]; twice: (m,) their doubled areas [m^2]; plane: (m,) as known so far; shared: (2, e).
+    """
+    near = float(np.clip(ROUNDED * np.abs(corners).max(), LEAST_M, MOST_M))
+    one, two = shared[:, plane[shared[0]] != plane[shared[1]]]
+    level = np.einsum("ij,ij->i", normals[one], normals[two]) > TURNED
+
+    def off(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        """How far the corners of the second triangles are from the planes of the first [m]."""
+        away = corners[second] - corners[first][:, :1]
+        return np.asarray(np.abs(np.einsum("ecj,ej->ec", away, normals[first])).max(axis=1, initial=0.0))
+
+    one, two = one[level], two[level]
+    flat = np.maximum(off(one, two), off(two, one)) < near
+    if not flat.any():
+        return plane
+    one, two = one[flat], two[flat]
+    joined = _together(int(plane.max()) + 1, plane[one], plane[two])[plane]
+    # A surface that bends by little everywhere is not flat: all corners have to be near the plane of the whole.
+    count = int(joined.max()) + 1
+    area = np.maximum(np.bincount(joined, twice, count), 1e-300)
+    centres = corners.mean(axis=1)
+    normal, middle = (
+        np.stack([np.bincount(joined, twice * column, count) / area for column in columns.T], 1)
+        for columns in (normals, centres)
+    )
+    normal = normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    away = np.abs(np.einsum("mcj,mj->mc", corners - middle[joined][:, None], normal[joined])).max(axis=1)
+    bends = np.zeros(count, bool)
+    bends[joined[away > 2.0 * near]] = True
+    return np.unique(np.where(bends[joined], plane + count, joined), return_inverse=True)[1]
+
+
+def _together(count: int, one: np.ndarray, two: np.ndarray) -> np.ndarray:
+    """For each of `count` things the least one that it is joined to, by pairs (k,) and chains of them."""
+    least = np.arange(count)
+    while True:
+        before = least.copy()
+        low = np.minimum(least[one], least[two])
+        np.minimum.at(least, one, low)
+        np.minimum.at(least, two, low)
+        least = least[least]
+        if (least == before).all():
+            return least
+
+
+def _turns(
+    pairs: np.ndarray, normal: np.ndarray, middle: np.ndarray, polar: tuple[np.ndarray, np.ndarray]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Sums over the smooth edges of each plane, (p, 3, 3) each: of the turns of the normal, each squared, of turn times
+    step, and of the steps from middle to middle, each squared; and their (p,) number.
+
+    pairs: (2, e) planes at each edge; polar: planes around poles, and their turns, of `_around_poles`.
+    """
+    one, two = pairs
+    cosine = np.einsum("ij,ij->i", normal[one], normal[two])
+    smooth = (cosine > SMOOTH) & (cosine < FLAT)
+    one, two = one[smooth], two[smooth]
+    turn, step = normal[two] - normal[one], middle[two] - middle[one]
+    count, both = len(normal), np.concatenate((one, two))
+
+    def summed(values: np.ndarray, of: np.ndarray) -> np.ndarray:
+        columns = [np.bincount(of, column, count) for column in values.reshape(-1, 9).T]
+        return np.stack(columns, 1).reshape(count, 3, 3)
+
+    def twice(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        return np.tile(first[:, :, None] * second[:, None], (2, 1, 1))
+
+    of, around = polar
+    turned = summed(np.concatenate((twice(turn, turn), around)), np.concatenate((both, of)))
+    number = np.bincount(both, minlength=count) + np.bincount(of, minlength=count)
+    return turned, summed(twice(turn, step), both), summed(twice(step, step), both), number
+
+
+def _around_poles(
+    corners: np.ndarray, plane: np.ndarray, normal: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Vertices (k,) in which many planes meet, as at a sphere's pole, those planes (k,), and (k, 3, 3) the mean square
+    of their turns to the others: a plane has no neighbour across an edge there.
+
+    corners: (m, 3) vertices of the triangles; plane: (m,) of each.
+    """
+    count = len(normal)
+    vertex, of = np.divmod(np.unique(corners.astype(np.int64).ravel() * count + np.repeat(plane, 3)), count)
+    known, vertex, number = np.unique(vertex, return_inverse=True, return_counts=True)
+    many = np.flatnonzero(number[vertex] > POLE)
+    of, poles = of[many], known[vertex[many]]
+    numbers, vertex = np.unique(vertex[many], return_inverse=True)
+    number = number[numbers]
+
+    def mean(values: np.ndarray) -> np.ndarray:
+        flat = values.reshape(len(values), int(np.prod(values.shape[1:])))
+        columns = [np.bincount(vertex, column, len(numbers)) / number for column in flat.T]
+        return np.stack(columns, 1).reshape(len(numbers), *values.shape[1:])
+
+    own = normal[of]
+    middle, square = mean(own)[vertex], mean(own[:, :, None] * own[:, None])[vertex]
+    across = 2.0 * (own * middle).sum(axis=1) ** 2 / np.maximum((middle**2).sum(axis=1), 1e-300) - 1.0
+    mixed = own[:, :, None] * middle[:, None]
+    turns = square - mixed - np.swapaxes(mixed, 1, 2) + own[:, :, None] * own[:, None]
+    smooth = np.flatnonzero(across > SMOOTH)
+    return poles[smooth], of[smooth], turns[smooth]
