@@ -63,7 +63,7 @@ def _unset_inputs(nodes: Iterable[Node]) -> Iterator[Trap]:
                 yield (
                     "input-not-set",
                     f"{node.path}.inputs:{group[0]}",
-                    f"{node.type.short_name} does nothing without it{others}; give it a value or connect it",
+                    f"{node.type.short_name} cannot work without it{others}; give it a value or connect it",
                 )
 
 

@@ -73,7 +73,7 @@ class Graph(FamiliarGraph):
         """Restores the ranks after edits that left a valid order that differs from the file's."""
         self.context = Context()
         self.on_error: Literal["stop", "continue"] = "stop"
-        self.excuses_lacks = spec.saved
+        self.excuses_lacks = spec.excuses_lacks
         """Whether something missing in the file is only a warning."""
         self.step_limit = 1_000_000
         self.interrupts = False

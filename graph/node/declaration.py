@@ -39,6 +39,10 @@ than the one that sensor stamps use.
 
 CLOSING = "closing"
 """The phase of events that come once, just before the App closes."""
+PHYSICS_STEP = "physics_post_step"
+"""The phase of events that come with each physics step."""
+NEVER_FIRES = "it never fires in a {stage} graph; give the graph pipeline_stage: on_demand"
+"""The warning about such an event in a graph of another stage."""
 
 Compute = Callable[["Database"], "bool | None"]
 Resolve = Callable[["KnownTypes"], Mapping[str, Any]]

@@ -116,6 +116,8 @@ def _link(graph: str, connection: ConnectionSpec, nodes: Nodes, known: _Meanings
     source = _end(graph, connection.source, "source", nodes, known, connection.mark, report)
     target = _end(graph, connection.target, "target", nodes, known, connection.mark, report)
     if source is None or target is None:
+        if target is not None:
+            target[0].refused.add(target[1])
         return None
     (at, output), (to, name) = source, target
     settled = not at.dynamic and not to.dynamic and at.node.graph is to.node.graph
@@ -124,6 +126,7 @@ def _link(graph: str, connection: ConnectionSpec, nodes: Nodes, known: _Meanings
         return Link(at, output, to, name, connection.mark, known.meet[pair])
     link = Link(at, output, to, name, connection.mark, to.attribute(name).is_execution)
     if not _may_meet(link, report):
+        to.refused.add(name)
         return None
     if settled:
         known.meet[pair] = link.execution

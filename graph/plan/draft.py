@@ -39,6 +39,8 @@ class Draft:
     """Values as written."""
     fed: dict[str, Any] = field(default_factory=dict)
     """The link that ends at each connected data attribute."""
+    refused: set[str] = field(default_factory=set)
+    """Attributes at which a connection that was reported should have ended."""
     consumed: set[str] = field(default_factory=set)
     unset: str = ""
     """Why the node of an unfinished graph cannot compute."""

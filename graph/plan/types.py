@@ -210,8 +210,8 @@ def check_types(drafts: Sequence[Draft], links: Sequence[Link], report: Report) 
     for draft in drafts:
         for full in draft.open:
             attribute = draft.attribute(full)
-            unset = draft.types[full] is None and full not in draft.fed and full not in draft.authored
-            if unset and full.startswith("inputs:") and not attribute.optional:
+            given = full in draft.fed or full in draft.authored or full in draft.refused
+            if draft.types[full] is None and not given and full.startswith("inputs:") and not attribute.optional:
                 name = full.removeprefix("inputs:")
                 unit = f" [{attribute.unit}]" if attribute.unit else ""
                 message = f"input {name}{unit} is not set. Give it a value or connect it."

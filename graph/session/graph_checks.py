@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
+from graph.node.declaration import NEVER_FIRES, PHYSICS_STEP
 from graph.plan.order import cycles
 
 from .graph_links import Links
@@ -32,6 +33,7 @@ def graph_notes(graphs: Iterable[Graph]) -> Iterator[Note]:
         if why := _never_runs(graph):
             yield "graph-never-runs", str(graph.mark or graph.path), f"graph {graph.path} never runs: {why}"
         yield from _empty_frames(graph)
+        yield from _missed_steps(graph)
         if graph.evaluator == "execution":
             yield from _execution_cycles(graph)
     if sum(len(graph.nodes) for graph in graphs) <= MOST_LINKED_NODES:
@@ -78,6 +80,15 @@ def _empty_frames(graph: Graph) -> Iterator[Note]:
                     f"{node.path}.inputs:{name}",
                     "it is empty, so that TF cannot place the messages; name a frame",
                 )
+
+
+def _missed_steps(graph: Graph) -> Iterator[Note]:
+    """Events of physics steps in a graph that is not evaluated in them."""
+    if graph.pipeline_stage == "on_demand":
+        return
+    for node in graph.nodes.values():
+        if node.type.phase == PHYSICS_STEP:
+            yield "physics-step-stage", node.path, NEVER_FIRES.format(stage=graph.pipeline_stage)
 
 
 def _execution_cycles(graph: Graph) -> Iterator[Note]:

@@ -22,6 +22,7 @@ from .stage import (
     sensors_in_solids,
     stage_problems,
     type_problems,
+    unmade_products,
     unrenderable_cameras,
 )
 
@@ -136,6 +137,7 @@ def build_parts(
     warnings[:0] = spec.notes if spec else ()
     if not problems and spec is not None and stage is not None:
         warnings += [*_clock_notes(spec), *graph_notes(graphs), *sensors_in_solids(stage, graphs)]
+        warnings += unmade_products(stage, spec, graphs)
     return Parts(spec, graphs, stage, sorted(dict.fromkeys(problems), key=_place), [*dict.fromkeys(warnings)], mjcf)
 
 
@@ -158,7 +160,7 @@ def open_session(
     """Loads, checks and builds everything that `path` names (or a loaded file contains); nothing plays yet.
 
     `settings` and `fidelity` replace the file's. `on_error` is "stop" or "continue"; None means "continue" for a saved
-    scene with missing assets, whose nodes cannot all work, else the setting nodeErrorsStop. Nodes that run code from
+    scene with missing assets or nodes that cannot work, else the setting nodeErrorsStop. Nodes that run code from
     the file are refused unless `allow_scripts`; those of a saved scene do nothing, with a warning. `prune` is as for
     `App`. Raises UserError with every problem found.
     """
@@ -229,8 +231,8 @@ def start(
         app.warn("scripts-not-allowed", str(problem.mark or spec.path), f"{problem.message}; it does nothing")
     app.folders = tuple(folder for folder in (spec.folder, *folders) if folder is not None)
     if on_error is None:
-        missing = any(code in ("usd-missing-asset", "prim-missing") for code, _, _ in parts.warnings)
-        on_error = "continue" if spec.lenient and missing else None
+        broken = any(code in ("usd-missing-asset", "prim-missing", "node-cannot-work") for code, _, _ in parts.warnings)
+        on_error = "continue" if spec.lenient and broken else None
     scripts: Scripts = "run" if allow_scripts else "skip" if refused else "refuse"
     runner = GraphRunner(app, parts.graphs, on_error=on_error, scripts=scripts)
     app.graphs.update(runner.graphs)

@@ -52,7 +52,10 @@ def compile_rest(spec: FileSpec, registry: Registry = DEFAULT) -> list[Graph]:
 
 
 def without_unknown_types(spec: FileSpec, registry: Registry = DEFAULT) -> FileSpec:
-    """The file without nodes of unregistered types; one note for each type says how many there were."""
+    """The file without nodes of unregistered types; one note for each type says how many there were.
+
+    What those nodes fed may stay without a value: their graphs are partial.
+    """
     lost: dict[str, list[tuple[GraphSpec, NodeSpec]]] = {}
     for graph in spec.graphs:
         for node in graph.nodes:
@@ -68,7 +71,9 @@ def without_unknown_types(spec: FileSpec, registry: Registry = DEFAULT) -> FileS
         at = str(node.mark or f"{graph.path}/{node.name}")
         notes.append(("node-type-unknown", at, f'there is no node type "{type_id}" here; {what}'))
     gone = {f"{graph.path}/{node.name}" for places in lost.values() for graph, node in places}
-    return _without_nodes(replace(spec, notes=(*spec.notes, *notes)), gone)
+    partial = {graph.path for places in lost.values() for graph, _ in places}
+    graphs = tuple(replace(one, unfinished=True, partial=True) if one.path in partial else one for one in spec.graphs)
+    return _without_nodes(replace(spec, graphs=graphs, notes=(*spec.notes, *notes)), gone)
 
 
 def without_untyped(spec: FileSpec) -> FileSpec:

@@ -181,6 +181,18 @@ def prims_for_products(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]
     return problems
 
 
+def unmade_products(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> Iterator[Note]:
+    """A warning for each written path of a render product where no node of the file makes a product."""
+    if any(node.type.outputs_as("product") for graph in graphs for node in graph.nodes.values()):
+        return
+    for node, name, mark in _given_inputs(spec, graphs):
+        path = str(node.get(name) or "") if name in node.type.inputs_as("product") else ""
+        if path and not stage.GetPrimAtPath(path):
+            where = str(mark or f"{node.path}.inputs:{name}")
+            message = f"{node.path}.inputs:{name}: no node makes the render product {path}, so that only a script can"
+            yield "render-product-missing", where, f"{message}; connect it to IsaacCreateRenderProduct"
+
+
 def type_problems(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:
     """A line for each mistake that the nodes' own types find in their values and connections (`NodeType.check`).
 

@@ -65,8 +65,8 @@ class GraphSpec:
     compounds: for each compound, its ports (`inputs:x`, `outputs:y`) and the inner attributes that each port stands for
     (`compound/Subgraph/add.inputs:a`); the inner nodes are among `nodes`. unfinished: open inputs may be unset as long
     as nothing computes their node. saved: the graph comes from a saved scene (`lenient` in a graph file): if something
-    that a node needs is missing, the run warns, leaves out the node's work and goes on. instances: prims that have the
-    graph, each with its own variable values.
+    that a node needs is missing, the run warns, leaves out the node's work and goes on. partial: so it does because
+    nodes of unknown types were left out. instances: prims that have the graph, each with its own variable values.
     """
 
     path: str
@@ -81,6 +81,12 @@ class GraphSpec:
     saved: bool = False
     evaluation_mode: EvaluationMode = "automatic"
     instances: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    partial: bool = False
+
+    @property
+    def excuses_lacks(self) -> bool:
+        """Whether something missing in the file is only a warning."""
+        return self.saved or self.partial
 
 
 @dataclass(frozen=True, slots=True)

@@ -59,20 +59,22 @@ class Notes:
 def migrated_type(type_id: str, registry: Registry = DEFAULT) -> tuple[str, str | None]:
     """The present id of a type, and a sentence if it differs from the given one; an unknown id comes back unchanged.
 
-    If the present type is not registered here the new id is still given, so that messages show it.
+    If the present type is known to be absent here the new id is still given, so that messages show it.
     """
     if type_id in registry:
         return type_id, None
     new = registry.library.renames.TYPES.get(type_id) or _by_prefix(type_id, registry)
-    if new is None or (new not in registry and not type_id.startswith("omni.isaac.")):
-        return type_id, None
-    if "ROS1" in type_id or ".ros_bridge." in type_id or ".ros1." in type_id:
-        if new in registry:
-            return new, f'the ROS 1 node type "{type_id}" is gone; its ROS 2 twin "{new}" runs instead'
-        if registry.library.why_absent(new) is None:
-            return type_id, None  # no present type: the message about an unknown type shows the id of the file
-        return new, f'the ROS 1 node type "{type_id}" is gone; its ROS 2 twin is "{new}"'
-    return new, f'node type "{type_id}" is now called "{new}"; the new name is used'
+    runs = new in registry
+    if new is None or (not runs and registry.library.why_absent(new) is None):
+        return type_id, None  # no present type: the message about an unknown type shows the id of the file
+    if _is_ros1(type_id):
+        twin = f'its ROS 2 twin "{new}" runs instead' if runs else f'its ROS 2 twin is "{new}"'
+        return new, f'the ROS 1 node type "{type_id}" is gone; {twin}'
+    return new, f'node type "{type_id}" is now called "{new}"{"; the new name is used" if runs else ""}'
+
+
+def _is_ros1(type_id: str) -> bool:
+    return "ROS1" in type_id or ".ros_bridge." in type_id or ".ros1." in type_id
 
 
 def _by_prefix(type_id: str, registry: Registry) -> str | None:
@@ -92,13 +94,43 @@ def _by_prefix(type_id: str, registry: Registry) -> str | None:
 def migrate(spec: FileSpec, registry: Registry = DEFAULT) -> FileSpec:
     """The file with every old id and attribute upgraded; each kind of change is noted once for the whole file."""
     notes = Notes()
-    graphs = tuple(_graph(graph, registry, notes) for graph in spec.graphs)
-    if not notes.first and all(new is old for new, old in zip(graphs, spec.graphs, strict=True)):
+    old = _OldTypes(registry)
+    graphs = tuple(_graph(graph, registry, notes, old) for graph in spec.graphs)
+    if all(new is old for new, old in zip(graphs, spec.graphs, strict=True)):
         return spec
-    return replace(spec, graphs=graphs, notes=(*spec.notes, *notes.all()))
+    return replace(spec, graphs=graphs, notes=(*spec.notes, *old.notes().all(), *notes.all()))
 
 
-def _graph(graph: GraphSpec, registry: Registry, notes: Notes) -> GraphSpec:
+class _OldTypes:
+    """The nodes of a file whose types have new ids, told in one warning for each kind of change."""
+
+    def __init__(self, registry: Registry) -> None:
+        self._registry = registry
+        self._found: dict[str, list[tuple[str, str, str, Mark | None, str]]] = {}
+
+    def add(self, old: str, new: str, sentence: str, mark: Mark | None, path: str) -> None:
+        """Adds a node at `path`; sentence: the warning if its type is the only one of its kind."""
+        kind = "absent" if new not in self._registry else "ros1" if _is_ros1(old) else "renamed"
+        self._found.setdefault(kind, []).append((old, new, sentence, mark, path))
+
+    def notes(self) -> Notes:
+        """The warnings."""
+        notes = Notes()
+        for kind, nodes in self._found.items():
+            types = dict.fromkeys(old for old, *_ in nodes)
+            if kind == "absent" or len(types) == 1:
+                for _, _, sentence, mark, path in nodes:
+                    notes.add("type-renamed", sentence, mark, path)
+                continue
+            old, new, _, mark, path = nodes[0]
+            what = "have names of older versions" if kind == "renamed" else "are of ROS 1, which is gone"
+            does = "the new names are used" if kind == "renamed" else "their ROS 2 twins run instead"
+            counted = f"{len(nodes)} nodes of {len(types)} types {what}; {does}"
+            notes.add("type-renamed", f'{counted}, such as "{new}" for "{old}"', mark, path)
+        return notes
+
+
+def _graph(graph: GraphSpec, registry: Registry, notes: Notes, old: _OldTypes) -> GraphSpec:
     linked = _linked(graph)
     types: dict[str, tuple[str, str | None]] = {}
     changes: dict[str, Mapping[str, str]] = {}
@@ -108,7 +140,7 @@ def _graph(graph: GraphSpec, registry: Registry, notes: Notes) -> GraphSpec:
             types[node.type] = migrated_type(node.type, registry)
         type_id, sentence = types[node.type]
         if sentence:
-            notes.add("type-renamed", sentence, node.mark, f"{graph.path}/{node.name}")
+            old.add(node.type, type_id, sentence, node.mark, f"{graph.path}/{node.name}")
             node = replace(node, type=type_id)
         special = _special_type(node, registry)
         if special is not None:

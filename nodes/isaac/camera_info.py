@@ -88,7 +88,7 @@ def camera_and_size(db: Database, path: str) -> tuple[Any, tuple[int, int]]:
         targets, given = prim.GetCameraRel().GetTargets(), prim.GetResolutionAttr().Get()
         camera, size = (str(targets[0]) if targets else ""), (int(given[0]), int(given[1]))
     else:
-        db.fail(f"there is no render product {path}; connect renderProductPath to one")
+        db.lack(f"there is no render product {path}; connect renderProductPath to one")
     found = app.stage.GetPrimAtPath(camera) if camera else None
     if not found or not found.IsA(UsdGeom.Camera):
         db.fail(f"{path} renders {camera or 'nothing'}, which is not a Camera prim")

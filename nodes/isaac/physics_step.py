@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from graph.node import Attribute, Database, node_type
+from graph.node.declaration import NEVER_FIRES, PHYSICS_STEP
 
 STAGE = "on_demand"
 
@@ -23,7 +24,7 @@ class _Seen:
     "isaacsim.core.nodes.OnPhysicsStep",
     version=1,
     event=True,
-    phase="physics_post_step",
+    phase=PHYSICS_STEP,
     outputs={
         "step": Attribute("execution", "fires in every physics step, before the sensors and the update's other graphs"),
         "deltaSimulationTime": Attribute("double", "length of the physics step", unit="s"),
@@ -43,9 +44,7 @@ def on_physics_step(db: Database) -> bool:
     if stage != STAGE:
         if not memory.told:
             memory.told = True
-            db.warn(
-                "physics-step-stage", f"it never fires in a {stage} graph; give the graph pipeline_stage: on_demand"
-            )
+            db.warn("physics-step-stage", NEVER_FIRES.format(stage=stage))
         return False
     app = db.app
     simulation = app.simulation

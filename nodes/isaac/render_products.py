@@ -67,7 +67,7 @@ def create_render_product(db: Database) -> bool:
     if inputs.renderProductPrim:
         memory.path, memory.own = inputs.renderProductPrim[0], False
         if memory.path not in rendering.products:
-            db.fail(f"there is no render product {memory.path}; clear renderProductPrim or correct it")
+            db.lack(f"there is no render product {memory.path}; clear renderProductPrim or correct it")
     else:
         if len(inputs.cameraPrim) != 1:
             db.lack(f"input cameraPrim names {len(inputs.cameraPrim)} prims; give it the path of one sensor prim")

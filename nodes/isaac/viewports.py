@@ -169,7 +169,7 @@ def set_camera_on_render_product(db: Database) -> None:
         db.lack(f"input cameraPrim names {len(inputs.cameraPrim)} prims; give it the path of one sensor prim")
     product = app.rendering.products.get(inputs.renderProductPath)
     if product is None:
-        db.fail(f"there is no render product {inputs.renderProductPath or '(empty path)'}; connect one")
+        db.lack(f"there is no render product {inputs.renderProductPath or '(empty path)'}; connect one")
     camera = str(inputs.cameraPrim[0])
     if product.camera_path != camera:
         place_product(app, product.path, camera, product.resolution)

@@ -117,7 +117,7 @@ def product_of(db: Database, prim_type: str, code: str, path_input: str = "rende
         return product
     if product is None:
         detach(db)
-        db.fail(f"there is no render product {path}; connect {path_input} to one")
+        db.lack(f"there is no render product {path}; connect {path_input} to one")
     if problem := misfit(prim_at(db.app.stage, product.camera_path), product.camera_path, prim_type):
         detach(db)
         db.warn(code, f"{problem}; nothing is published")

@@ -124,7 +124,7 @@ def test_a_flat_scan_of_a_3d_lidar_is_reported_before_anything_runs(folder, grap
     assert result.code == 2
     assert result.err.splitlines() == [
         "tall.yaml:11:7: /World/Frames/flat: /World/Lidar: a flat or laser scan needs a 2D lidar, but emitter 0 points "
-        "15 deg up; use a lidar with all elevations 0"
+        "15 deg up; use a lidar with all elevations 0, or publish its point_cloud"
     ]
     assert not (folder / "out").exists()
     assert graph("check", "flat.yaml").code == 0
@@ -271,6 +271,19 @@ def test_traps_that_lie_in_the_wires_are_warnings_of_check_and_of_the_run(folder
         assert result.code == 0
         codes = [line.split(": ")[0].removeprefix("warning ") for line in result.err.splitlines()]
         assert {"timestamp-unconnected", "fan-out-order"} <= set(codes)
+
+
+def test_an_event_of_physics_steps_in_another_stage_is_a_warning_of_check(folder, graph):
+    text = "tickgraph: 1\ngraphs: {/G: {pipeline_stage: STAGE, nodes: {s: OnPhysicsStep, n: Counter}, "
+    text += "connections: [s.step -> n.execIn]}}\n"
+    (folder / "a.yaml").write_text(text.replace("STAGE", "simulation"))
+    (folder / "b.yaml").write_text(text.replace("STAGE", "on_demand"))
+    told = graph("check", "a.yaml").err
+    assert told == (
+        "warning physics-step-stage: /G/s: it never fires in a simulation graph; give the graph pipeline_stage: "
+        "on_demand\n"
+    )
+    assert graph("check", "b.yaml").err == ""
 
 
 def test_traps_of_the_clock_are_warnings_of_the_run(folder, graph):

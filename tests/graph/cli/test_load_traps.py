@@ -121,7 +121,7 @@ def test_inputs_that_a_type_cannot_do_without_are_reported(warnings):
         (
             "input-not-set",
             "/World/Graph/motors.inputs:targetPrim",
-        ): "IsaacArticulationController does nothing without it (or robotPath); give it a value or connect it"
+        ): "IsaacArticulationController cannot work without it (or robotPath); give it a value or connect it"
     }
     assert warnings(nodes=nodes.replace("jointNames: [a]", "robotPath: /World/Wall"), wires=wires) == {}
 

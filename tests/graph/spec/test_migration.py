@@ -48,7 +48,7 @@ def registry():
         ("omni.isaac.sensor.IsaacCreateRTXLidarScanBuffer", "isaacsim.sensors.rtx.IsaacCreateRTXLidarScanBuffer"),
         ("omni.isaac.sensor.IsaacReadIMU", "isaacsim.sensors.physics.IsaacReadIMU"),
         ("omni.isaac.isaac_sensor.IsaacReadIMU", "isaacsim.sensors.physics.IsaacReadIMU"),
-        ("omni.isaac.sensor.IsaacPrintRTXSensorInfo", "isaacsim.sensors.rtx.IsaacPrintRTXSensorInfo"),
+        ("omni.isaac.sensor.IsaacPrintRTXLidarInfo", "isaacsim.sensors.rtx.IsaacPrintRTXLidarInfo"),
         ("omni.isaac.range_sensor.IsaacReadLidarBeams", "isaacsim.sensors.physx.IsaacReadLidarBeams"),
         ("omni.isaac.conveyor.IsaacConveyor", "isaacsim.asset.gen.conveyor.IsaacConveyor"),
         ("isaacsim.ucx.bridge.UCXPublishClock", "isaacsim.ucx.nodes.UCXPublishClock"),
@@ -183,6 +183,32 @@ def test_a_script_connects_old_outputs_under_their_present_names():
         "attribute-renamed",
         "attribute-removed",
     ]
+
+
+def test_many_old_types_are_one_warning_and_those_of_ros_1_another(registry):
+    types = ("core_nodes.IsaacReadSimulationTime", "sensor.IsaacReadIMU", "sensor.IsaacReadIMU")
+    types += ("ros_bridge.ROS1PublishClock", "ros_bridge.ROS1PublishClock")
+    nodes = tuple(NodeSpec(f"n{number}", f"omni.isaac.{one}") for number, one in enumerate(types))
+    spec = migrate(FileSpec(graphs=(GraphSpec("/G", nodes),)), registry)
+    assert spec.notes == (
+        (
+            "type-renamed",
+            "/G/n0",
+            "3 nodes of 2 types have names of older versions; the new names are used, such as "
+            '"isaacsim.core.nodes.IsaacReadSimulationTime" for "omni.isaac.core_nodes.IsaacReadSimulationTime"',
+        ),
+        (
+            "type-renamed",
+            "/G/n3",
+            'the ROS 1 node type "omni.isaac.ros_bridge.ROS1PublishClock" is gone; its ROS 2 twin '
+            '"isaacsim.ros2.bridge.ROS2PublishClock" runs instead (and 1 more)',
+        ),
+    )
+
+
+def test_an_old_prefix_before_a_name_that_never_was_stays_as_it_is_written(registry):
+    name = "omni.isaac.core_nodes.IsaacDifferentialController"
+    assert migrated_type(name, registry) == (name, None)
 
 
 def test_migrating_twice_says_nothing_more(registry):

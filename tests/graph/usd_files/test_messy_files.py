@@ -313,6 +313,97 @@ def test_skip_unknown_runs_the_rest(usda, capsys):
     assert main(["run", str(path), "--updates", "3"]) == 2
 
 
+def test_what_an_unknown_node_fed_is_not_reported_as_unset_and_does_nothing_if_it_is_skipped(tmp_path, capsys):
+    path = tmp_path / "a.yaml"
+    path.write_text("""\
+tickgraph: 1
+graphs:
+  /G:
+    nodes:
+      tick: OnPlaybackTick
+      guess: my.own.Guess
+      text: omni.graph.nodes.ToString
+      print: PrintText
+      n: Counter
+    connections:
+      - guess.value -> text.value
+      - text.converted -> print.text
+      - tick.tick -> [print.execIn, n.execIn]
+""")
+    assert main(["check", str(path)]) == 2
+    [line] = capsys.readouterr().err.splitlines()
+    assert 'no node type "my.own.Guess"' in line
+    assert main(["run", str(path), "--skip-unknown", "--updates", "3", "--json"]) == 0
+    told = capsys.readouterr()
+    assert "input-not-set: /G/text: input value is not set. Give it a value or connect it. (3 times)" in told.err
+    assert json.loads(told.out)["nodes"]["/G/n"]["computes"] == 3
+
+
+def test_an_input_whose_connection_is_wrong_is_not_reported_as_unset_too(tmp_path, capsys):
+    path = tmp_path / "a.yaml"
+    path.write_text(
+        "tickgraph: 1\ngraphs: {/G: {nodes: {t: OnPlaybackTick, s: omni.graph.nodes.ToString}, "
+        "connections: [t.gone -> s.value]}}\n"
+    )
+    assert main(["check", str(path)]) == 2
+    [line] = capsys.readouterr().err.splitlines()
+    assert 'node "t" (OnPlaybackTick) has no output "gone"' in line
+
+
+TWO_HELPERS = (
+    a_node("tick", TICK)
+    + a_node(
+        "old",
+        "isaacsim.ros2.bridge.ROS2CameraHelper",
+        "uint inputs:execIn.connect = </G/tick.outputs:tick>\n"
+        'token inputs:renderProductPath = "/Render/OmniverseKit/HydraTextures/Replicator_04"',
+    )
+    + a_node("n", COUNTER, "uint inputs:execIn.connect = </G/tick.outputs:tick>")
+)
+
+
+def test_a_helper_of_a_render_product_that_was_not_saved_does_not_stop_the_others(usda, capsys):
+    path = usda(graph_text(TWO_HELPERS))
+    assert main(["check", str(path)]) == 0
+    assert "render-product-missing" in (said := capsys.readouterr().err)
+    assert "no node makes the render product /Render/OmniverseKit/HydraTextures/Replicator_04" in said
+    assert main(["run", str(path), "--updates", "3", "--json"]) == 0
+    assert "input-not-set: /G/old: there is no render product" in capsys.readouterr().err
+    assert main(["run", str(path), "--updates", "3", "--on-error", "stop"]) == 1
+
+
+def test_a_node_that_cannot_work_does_not_stop_the_others(usda, capsys):
+    """A laser scan, the default of the lidar helper, of a lidar with beams out of the plane."""
+    body = (
+        'def OmniLidar "Lidar" (prepend apiSchemas = ["OmniSensorGenericLidarCoreAPI", '
+        '"OmniSensorGenericLidarCoreEmitterStateAPI:s001"])\n{\n'
+        "float[] omni:sensor:Core:emitterState:s001:elevationDeg = [15]\n"
+        "float[] omni:sensor:Core:emitterState:s001:azimuthDeg = [0]\n"
+        "uint[] omni:sensor:Core:emitterState:s001:fireTimeNs = [0]\nuint omni:sensor:Core:numberOfEmitters = 1\n}\n"
+        + graph_text(
+            a_node("tick", TICK)
+            + a_node(
+                "product",
+                "isaacsim.core.nodes.IsaacCreateRenderProduct",
+                "uint inputs:execIn.connect = </G/tick.outputs:tick>\nrel inputs:cameraPrim = </Lidar>",
+            )
+            + a_node(
+                "scan",
+                "isaacsim.ros2.bridge.ROS2RtxLidarHelper",
+                "uint inputs:execIn.connect = </G/product.outputs:execOut>\n"
+                "token inputs:renderProductPath.connect = </G/product.outputs:renderProductPath>",
+            )
+            + a_node("n", COUNTER, "uint inputs:execIn.connect = </G/tick.outputs:tick>")
+        )
+    )
+    path = usda(body)
+    assert main(["run", str(path), "--updates", "5", "--json"]) == 0
+    told = capsys.readouterr()
+    assert json.loads(told.out)["nodes"]["/G/n"]["computes"] == 5
+    assert "node-cannot-work" in told.err
+    assert "or publish its point_cloud" in told.err
+
+
 def test_skip_unknown_holds_for_yaml_too(tmp_path, capsys):
     path = tmp_path / "a.yaml"
     path.write_text(
