@@ -12,14 +12,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from PIL import Image
 
 from graph.base.errors import UserError
 from graph.files import loads
-from graph.session.open import option_problems
+from graph.session.open import open_session, option_problems
 from graph.sim import App
 from graph.sim.fidelity import KNOBS, Fidelity
+from graph.sim.physics.d6_joints import AXES
 from graph.sim.physics.settings_table import ARRAYS, INSTANCES, RELATIONSHIPS, SIMULATED, TOKENS, VECTORS
-from graph.sim.usd import Gf, Sdf
+from graph.sim.usd import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 from sensors.lidar.config import EMITTER_FLOATS, EmitterState, LidarConfig
 from sensors.lidar.prim import write_config
 from sensors.products import render_product
@@ -32,6 +34,8 @@ from .worlds import GROUND, SENSOR, Prims, body, cube, mesh
 
 _DEFAULT: tuple[str, ...] = ("angle", "color", "colorTemperature", "diffuse", "exposure", "intensity", "radius")
 _DEFAULT += ("height", "length", "width")
+_SHADING: tuple[str, ...] = ("diffuseColor", "emissiveColor", "metallic", "opacity", "opacityThreshold")
+_SHADING += ("scale", "bias", "fallback", "st", "in", "translation", "rotation")
 _NOT_READ = ("extent", "velocities", "angularVelocities", "accelerations", "clippingPlanes", "shutter:open")
 
 CARRIED: Mapping[str, str] = {
@@ -42,6 +46,8 @@ CARRIED: Mapping[str, str] = {
     **dict.fromkeys(("physics:breakForce", "physics:breakTorque"), "never breaks"),
     **dict.fromkeys((*_NOT_READ, "shutter:close", "guideRadius", "inputs:specular"), "not read"),
     **dict.fromkeys((f"inputs:{name}" for name in _DEFAULT), "the default of UsdLux"),
+    **dict.fromkeys((f"inputs:{name}" for name in _SHADING), "the default of the shader"),
+    **dict.fromkeys(("outputs:rgb", "outputs:result"), "not read"),
 }
 """Attributes in which a value that is not finite is taken without a word, and what it counts as."""
 
@@ -54,8 +60,10 @@ UNLIMITED = {
 }
 """Limits that Inf switches off."""
 
+PIXELS = "pixels.png"
 WALL: Prims = {"/Wall": cube(2.0, (5, 0, 0), orient=[1, 0, 0, 0], scale=[1, 1, 1])}
 PLACED: dict[str, Any] = {"translate": [0, 0, 0], "rotate": [0, 0, 0], "scale": [1, 1, 1]}
+CAMERA = {"type": "Camera", **PLACED, "rotate": [90, 0, -90]}
 
 
 def _joints() -> dict[str, Any]:
@@ -78,6 +86,17 @@ MOVING: dict[str, Any] = {
     "orient": [1, 0, 0, 0],
     "scale": [1, 1, 1],
 }
+SHADERS: dict[str, tuple[str, dict[str, tuple[float, ...]]]] = {
+    "Surface": (
+        "UsdPreviewSurface",
+        {"emissiveColor": (0.1,) * 3, **dict.fromkeys(("metallic", "opacity", "opacityThreshold"), (0.5,))},
+    ),
+    "Image": ("UsdUVTexture", {"scale": (1.0,) * 4, "bias": (0.0,) * 4, "fallback": (0.5,) * 4}),
+    "Placed": ("UsdTransform2d", {"scale": (1.0,) * 2, "translation": (0.0,) * 2, "rotation": (0.0,)}),
+    "Read": ("UsdPrimvarReader_float2", {"fallback": (0.0,) * 2}),
+}
+"""Shaders of a material: the type of each, and its inputs."""
+
 TETRAHEDRON = mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
 SOLIDS = ("Cube", "Sphere", "Cylinder", "Capsule", "Cone")
 RADAR = {"omni:sensor:WpmDmat:scan:s001:maxAzAngDeg": 5.0, "omni:sensor:WpmDmat:scan:s001:maxElAngDeg": 3.0}
@@ -86,6 +105,18 @@ CLOTH = mesh([[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], [[0, 1, 2], [0, 2, 3]
 LINE = {"points": [[0, 0, 0], [1, 0, 0], [2, 0, 1]], "curveVertexCounts": [3]}
 COPIES = {"prototypes": "/Copies/Cube", "protoIndices": [0, 0, 0]}
 COPIES |= {"orientations": [[1, 0, 0, 0]] * 3, "scales": [[1, 1, 1]] * 3}
+
+READERS = {
+    "Lidar": ("IsaacReadLidarPointCloud", "lidarPrim"),
+    "IsaacLightBeamSensor": ("IsaacReadLightBeam", "lightbeamPrim"),
+    "IsaacRaycastSensor": ("IsaacReadRaycastSensor", "raycastSensorPrim"),
+    "IsaacImuSensor": ("IsaacReadIMU", "imuPrim"),
+    "IsaacContactSensor": ("IsaacReadContactSensor", "csPrim"),
+}
+"""The nodes that poll sensors without a render product, by the type of the prim, each with its input."""
+
+RAYS = {"numRays": 2, "rayOrigins": [[0, 0, 0], [0, 0, 1]], "rayDirections": [[1, 0, 0], [1, 0, 1]]}
+RAYS |= {"rayTimeOffsets": [0.0, 0.01]}
 
 WORLDS: Mapping[str, Prims] = {
     "bodies": {
@@ -96,6 +127,18 @@ WORLDS: Mapping[str, Prims] = {
         "/Other": body(0.5, (2, 0, 1), attributes={"material:binding:physics": "/Stuff"}),
     },
     "joints": _joints(),
+    "a joint of six axes": {
+        "/Box": body(0.5, (0, 0, 2), mass=1.0),
+        "/Six": {"type": "PhysicsJoint", "attributes": {"physics:body1": "/Box"}},
+    },
+    "sensors that nodes poll": {
+        **WALL,
+        **GROUND,
+        "/Box": body(0.5, (0, 0, 0.25), mass=1.0),
+        **{f"/Box/{kind}": {"type": kind} for kind in ("IsaacImuSensor", "IsaacContactSensor")},
+        **{f"/{kind}": {"type": kind, **PLACED} for kind in ("Lidar", "IsaacLightBeamSensor")},
+        "/IsaacRaycastSensor": {"type": "IsaacRaycastSensor", "attributes": RAYS, **PLACED},
+    },
     "cloth": {"/Cloth": CLOTH},
     "shapes": {
         **{f"/{kind}": {"type": kind, "translate": [3 * n, 0, 0]} for n, kind in enumerate(SOLIDS)},
@@ -108,11 +151,18 @@ WORLDS: Mapping[str, Prims] = {
     "acoustic": {**WALL, SENSOR: {"type": "OmniAcoustic", **PLACED}},
     "camera": {
         **WALL,
-        SENSOR: {"type": "Camera", **PLACED},
+        SENSOR: CAMERA,
         **{f"/{kind}": {"type": f"{kind}Light"} for kind in ("Distant", "Dome", "Sphere", "Rect", "Disk", "Cylinder")},
     },
+    "camera, materials": {
+        "/Wall": mesh([[5, -9, -9], [5, 9, -9], [5, 9, 9], [5, -9, 9]], [[0, 1, 2, 3]]),
+        SENSOR: CAMERA,
+        "/Sun": {"type": "DistantLight", "rotate": [0, -90, 0], "attributes": {"inputs:intensity": 1000.0}},
+        "/Looks": {"type": "Material"},
+        **{f"/Looks/{name}": {"type": "Shader"} for name in SHADERS},
+    },
     **{
-        f"camera, {lens}": {SENSOR: {"type": "Camera", "schemas": f"OmniLensDistortion{lens}API"}, **WALL}
+        f"camera, {lens}": {SENSOR: {**CAMERA, "schemas": f"OmniLensDistortion{lens}API"}, **WALL}
         for lens in ("OpenCvPinhole", "OpenCvFisheye", "Ftheta", "KannalaBrandtK3", "RadTanThinPrism")
     },
     "curves, points, copies": {
@@ -138,34 +188,69 @@ def attributes(world: str) -> float:
     with App() as app:
         app.add_prims(WORLDS[world])
         complete(app.stage)
-        layer, faults, tried = app.stage.GetRootLayer(), [], set[str]()
-        with strict(), tempfile.TemporaryDirectory() as folder:
-            file = Path(folder) / "scene.usda"
-            for prim in list(app.stage.Traverse()):
-                for attribute in (*prim.GetAttributes(), *undeclared(prim)):
-                    name = attribute.GetName()
-                    if name in tried or filled(attribute, math.nan) is None:
-                        continue
-                    tried.add(name)
-                    authored, before = attribute.HasAuthoredValue(), attribute.Get()
-                    for value in VALUES:
-                        attribute.Set(filled(attribute, value, before))
-                        layer.Export(str(file))
-                        if found := fault(partial(play, file, str(prim.GetPath()), silent(name, value))):
-                            faults.append(f"{prim.GetPath()}.{name} = {value}: {found}")
-                    attribute.Set(before) if authored else attribute.Clear()
-        return none_of(faults)
+        layer = Sdf.Layer.CreateAnonymous()
+        layer.TransferContent(app.stage.GetRootLayer())
+    stage, faults, tried = Usd.Stage.Open(layer), [], set[str]()  # one that no App mends
+    with strict(), tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "scene.usda"
+        Image.new("RGB", (2, 2), "gray").save(Path(folder) / PIXELS)
+        text = graph_file(stage, file.name)
+        for prim in list(stage.Traverse()):
+            for attribute in (*prim.GetAttributes(), *undeclared(prim)):
+                name = attribute.GetName()
+                one = name if ":" in name else f"{prim.GetTypeName()}.{name}"
+                one = f"{prim.GetPath()}.{name}" if prim.GetTypeName() == "Shader" else one
+                if one in tried or filled(attribute, math.nan) is None:
+                    continue
+                tried.add(one)
+                authored, before = attribute.HasAuthoredValue(), attribute.Get()
+                for value in VALUES:
+                    attribute.Set(filled(attribute, value, before))
+                    layer.Export(str(file))
+                    if found := fault(partial(play, file, text, str(prim.GetPath()), silent(name, value))):
+                        faults.append(f"{prim.GetPath()}.{name} = {value}: {found}")
+                attribute.Set(before) if authored else attribute.Clear()
+    return none_of(faults)
 
 
 def complete(stage: Any) -> None:
     """Authors what a graph file cannot say: a lidar's own configuration, a joint that follows another."""
     if (prim := stage.GetPrimAtPath(SENSOR)) and prim.GetTypeName() == "OmniLidar":
         write_config(prim, turning("10"))
+    if material := stage.GetPrimAtPath("/Looks"):
+        dress(material)
+    if joint := stage.GetPrimAtPath("/Six"):
+        for axis in AXES:
+            UsdPhysics.LimitAPI.Apply(joint, axis)
+            UsdPhysics.DriveAPI.Apply(joint, axis)
     if cloth := stage.GetPrimAtPath("/Cloth"):
         cloth.AddAppliedSchema("PhysxDeformableSurfaceAPI")
     if joint := stage.GetPrimAtPath("/Revolute"):
         joint.AddAppliedSchema("NewtonMimicAPI")
         joint.CreateRelationship("newton:mimicJoint").SetTargets(["/Prismatic"])
+
+
+def dress(material: Any) -> None:
+    """Gives the wall a surface whose shaders have every input that is read; its colour is an image, placed by st."""
+    types, wall = Sdf.ValueTypeNames, material.GetStage().GetPrimAtPath("/Wall")
+    st = UsdGeom.PrimvarsAPI(wall).CreatePrimvar("st", types.TexCoord2fArray, "vertex")
+    st.Set([(0, 0), (1, 0), (1, 1), (0, 1)])
+    for name, (kind, inputs) in SHADERS.items():
+        shader = UsdShade.Shader(material.GetChild(name))
+        shader.SetShaderId(kind)
+        for each, value in inputs.items():
+            floats = {1: types.Float, 2: types.Float2, 3: types.Color3f, 4: types.Float4}
+            shader.CreateInput(each, floats[len(value)]).Set(value[0] if len(value) == 1 else value)
+    surface, image, placed, read = (UsdShade.Shader(material.GetChild(name)) for name in SHADERS)
+    read.CreateInput("varname", types.String).Set("st")
+    image.CreateInput("file", types.Asset).Set(PIXELS)
+    ends = ((surface, "diffuseColor", image, "rgb"), (image, "st", placed, "result"), (placed, "in", read, "result"))
+    for end, name, start, output in ends:
+        kind = types.Color3f if output == "rgb" else types.Float2
+        end.CreateInput(name, kind).ConnectToSource(start.CreateOutput(output, kind))
+    shade = UsdShade.Material(material)
+    shade.CreateSurfaceOutput().ConnectToSource(surface.CreateOutput("surface", types.Token))
+    UsdShade.MaterialBindingAPI.Apply(wall).Bind(shade)
 
 
 def undeclared(prim: Any) -> Iterator[Any]:
@@ -187,9 +272,12 @@ def silent(name: str, value: float) -> bool:
     return name in CARRIED or (math.isinf(value) and name in UNLIMITED)
 
 
-def play(file: Path, path: str, silently: bool) -> None:
-    """Plays a scene whose prim has a value that is not finite. Raises ArithmeticError if nothing is said of it."""
-    with App(file, loop_hz=60) as app:
+def play(file: Path, text: str, path: str, silently: bool) -> None:
+    """Plays a graph file whose scene has a prim with a value that is not finite.
+
+    Raises ArithmeticError if nothing is said of it.
+    """
+    with open_session(loads(text, folder=file.parent)).app as app:
         if prim := app.stage.GetPrimAtPath(SENSOR):
             product = render_product(app, SENSOR, (8, 8))
             kind = sensor_types()[str(prim.GetTypeName())]
@@ -200,6 +288,17 @@ def play(file: Path, path: str, silently: bool) -> None:
             raise ArithmeticError("bodies have places that are not finite")
         if not silently and not any(path in warning.where for warning in app.warnings):
             raise ArithmeticError("taken without a word")
+
+
+def graph_file(stage: Any, scene: str) -> str:
+    """The text of a graph file of a scene, with a node for each sensor that nodes poll."""
+    nodes, wires = ["tick: OnPlaybackTick"], []
+    for number, prim in enumerate(stage.Traverse()):
+        if reader := READERS.get(str(prim.GetTypeName())):
+            nodes.append(f"n{number}: {{type: {reader[0]}, inputs: {{{reader[1]}: {prim.GetPath()}}}}}")
+            wires.append(f"tick.tick -> n{number}.execIn")
+    graph = f"{{nodes: {{{', '.join(nodes)}}}, connections: [{', '.join(wires)}]}}"
+    return f"tickgraph: 1\nscene: {{usd: {scene}}}\nclock: {{loop_hz: 60}}\ngraphs: {{/Readers: {graph}}}\n"
 
 
 def filled(attribute: Any, value: float, present: Any = None) -> Any:

@@ -11,6 +11,7 @@ import numpy as np
 
 from graph.sim import App
 from graph.sim.scene.stage import open_stage
+from graph.sim.usd import Gf
 
 from .case import Case, told
 from .worlds import GRAVITY, GROUND, OFFSETS, WEIGHTLESS, body, cube, mesh, playing, unplayable, worst
@@ -141,6 +142,20 @@ def orientation(length: float) -> float:
         return worst(app.simulation.tensors.orientations[0], np.array([1, 0, 0, 1]) / math.sqrt(2))
 
 
+def turned_later(timeline: str) -> float:
+    """A quarter turn about z as a quaternion of length 2.8 that is set on the stage: how far the body's is from it."""
+    with App(physics_hz=60, loop_hz=60) as app:
+        app.add_prims({**WEIGHTLESS, "/Box": body(0.5, (0, 0, 0), orient=[1, 0, 0, 0])})
+        if timeline == "playing":
+            app.play()
+            app.update()
+        app.stage.GetAttributeAtPath("/Box.xformOp:orient").Set(Gf.Quatd(2, 0, 0, 2))
+        if timeline == "stopped":
+            app.play()
+        app.update()
+        return worst(app.simulation.tensors.orientations[0], np.array([1, 0, 0, 1]) / math.sqrt(2))
+
+
 def reread(turn: str) -> str:
     """The warning about a scene's quaternion that USD takes for another rotation than it says."""
     text = (
@@ -216,6 +231,8 @@ CASES = (
          (1e-30, 1e-6, 1.0, 1e6, 1e200)),
     Case(AREA, "a scene's quaternion of length 2.8, 0, NaN", "orient-not-unit", "",
          "normalised; USD would take it for another turn", reread, ("(2, 0, 0, 2)", "(0, 0, 0, 0)", "(nan, 0, 0, 0)")),
+    Case(AREA, "a quaternion of length 2.8, set before and while playing", 1e-12, "", "normalised when it is set",
+         turned_later, ("stopped", "playing")),
     Case(AREA, "a quaternion of zeros", "is not a rotation", "", "it has no direction", no_rotation, (0.0,)),
     Case(AREA, "a closed mesh, also inside out", 1e-6, "", "its volume has no sign", shell, (True, False)),
 )  # fmt: skip

@@ -91,7 +91,8 @@ def read_lighting(
 ) -> Lighting:
     """The lights as they are now. matrix_of: path -> world matrix (4, 4) float64 [stage units of `unit` m].
 
-    images: of domes, by path. origin: of the camera, (3,) float64 [m]. warn: gets `light-not-modelled`.
+    images: of domes, by path. origin: of the camera, (3,) float64 [m]. warn: gets `light-not-modelled`,
+    `bad-transform`.
     """
     lights, sky, skies = [], np.zeros(3, np.float32), []
     for prim in prims:
@@ -99,9 +100,13 @@ def read_lighting(
         if not values.visible():
             continue
         kind, path = str(prim.GetTypeName()), str(prim.GetPath())
+        placed = matrix_of(path)
+        if not np.isfinite(placed).all():
+            warn("bad-transform", path, "its transform is not finite; it gives no light")
+            continue
         if kind.startswith("DomeLight"):
             if path in images:
-                turn = values.pole() @ rigid_part(matrix_of(path))[:3, :3].T
+                turn = values.pole() @ rigid_part(placed)[:3, :3].T
                 skies.append(Sky(images[path], values.radiance(), turn))
             else:
                 sky = sky + values.radiance()
@@ -109,9 +114,9 @@ def read_lighting(
                 nowhere = np.zeros(3, np.float32)
                 lights.append(Light(head, nowhere, nowhere[None], nowhere, carried=True, shadows=False))
         elif kind == "DistantLight":
-            lights.append(replace(_distant(values, rigid_part(matrix_of(path))), shadows=values.shadows()))
+            lights.append(replace(_distant(values, rigid_part(placed)), shadows=values.shadows()))
         elif kind in _SHAPES:
-            matrix = matrix_of(path).copy()
+            matrix = placed.copy()
             matrix[:3] *= unit
             matrix[:3, 3] -= origin
             lights.append(replace(_SHAPES[kind](values, matrix), shadows=values.shadows()))

@@ -16,7 +16,7 @@ from graph.base.suggest import did_you_mean
 from .prim_attributes import ending_alike
 from .prim_keys import FINAL, KEYS, PrimContext, SensorConfig, SensorPrims
 from .stage import Warn, ignore_warning
-from .stage_faults import tell_other_units
+from .stage_faults import repair_transforms, tell_other_units
 
 MAX_DEPTH = 256
 """Names in a prim path."""
@@ -65,6 +65,7 @@ def author_prims(
     context.confirm(before)
     if any("reference" in keys for keys in prims.values()):
         tell_other_units(stage, warn)
+        repair_transforms(stage, warn)
 
 
 def _with_parents(paths: Iterable[str]) -> int:

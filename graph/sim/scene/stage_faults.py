@@ -138,18 +138,18 @@ def repair_transforms(stage: Any, warn: Warn) -> None:
             left_out = ", ".join(dict.fromkeys(map(str, bad)))
             warn("bad-transform-op", str(prim.GetPath()), f"its transform names {left_out}; that is left out")
         for op in dict.fromkeys(order):
-            if op.startswith("xformOp:orient") and op not in bad:
-                _make_unit(prim, op, warn)
+            if op.startswith(ORIENT) and op not in bad:
+                make_unit(prim.GetAttribute(op), warn)
 
 
+ORIENT = "xformOp:orient"
 UNIT = 1e-3
 """How far the length of a quaternion may be from 1: half precision rounds it by up to 1e-3."""
 
 
-def _make_unit(prim: Any, op: str, warn: Warn) -> None:
+def make_unit(attribute: Any, warn: Warn) -> None:
     """Normalises the value of an orient op; one without direction becomes no turn. Time samples stay as they are."""
-    attribute = prim.GetAttribute(op)
-    value = attribute.Get()
+    op, value = attribute.GetName(), attribute.Get()
     if attribute.GetNumTimeSamples() or not isinstance(value, (Gf.Quatd, Gf.Quatf, Gf.Quath)):
         return
     parts = np.array([value.GetReal(), *value.GetImaginary()], np.float64)
@@ -163,7 +163,7 @@ def _make_unit(prim: Any, op: str, warn: Warn) -> None:
         text = f"{op} has the length {length:.6g}, which USD takes for another rotation; it is normalised"
     real, *imaginary = (parts / length).tolist()
     attribute.Set(type(value)(real, *imaginary))
-    warn("orient-not-unit", str(prim.GetPath()), text)
+    warn("orient-not-unit", str(attribute.GetPrimPath()), text)
 
 
 _ANGLES = ("X", "Y", "Z", "XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")

@@ -6,12 +6,15 @@ import weakref
 from collections.abc import Callable
 from typing import Any, Protocol
 
+from graph.sim.scene.stage import Warn
+
 
 class Follower(Protocol):
     """The interface of a reader of transforms of a stage."""
 
     muted: bool
     follow_stage: bool
+    warn: Warn
 
     def forget(self) -> None:
         """The stage has changed."""
@@ -21,12 +24,21 @@ class Follower(Protocol):
 
 
 class StageListener:
-    """Calls a follower, held weakly, for prims and transforms that change on a stage, until `close`."""
+    """Calls a follower, held weakly, for prims and transforms that change on a stage, until `close`.
+
+    A quaternion that is not of length 1, which USD would take for another rotation, is normalised where it is set.
+    """
 
     def __init__(self, stage: Any, follower: Follower) -> None:
+        from graph.sim.scene.stage_faults import ORIENT, make_unit
         from graph.sim.usd import Tf, Usd
 
-        self._changed = _teller(weakref.ref(follower))  # USD holds it weakly
+        def repair(path: Any, warn: Warn) -> None:
+            attribute = stage.GetAttributeAtPath(path)
+            if path.name.startswith(ORIENT) and attribute:
+                make_unit(attribute, warn)
+
+        self._changed = _teller(weakref.ref(follower), repair)  # USD holds it weakly
         self._notice = Tf.Notice.Register(Usd.Notice.ObjectsChanged, self._changed, stage)
 
     def close(self) -> None:
@@ -34,12 +46,15 @@ class StageListener:
         self._notice.Revoke()
 
 
-def _teller(follower: Callable[[], Follower | None]) -> Callable[[Any, Any], None]:
+def _teller(follower: Callable[[], Follower | None], repair: Callable[[Any, Warn], None]) -> Callable[[Any, Any], None]:
     def changed(notice: Any, sender: Any) -> None:
         alive = follower()
         if alive is None or alive.muted or not alive.follow_stage:
             return
-        moved = [path.GetPrimPath() for path in notice.GetChangedInfoOnlyPaths() if "xformOp" in path.name]
+        ops = [path for path in notice.GetChangedInfoOnlyPaths() if "xformOp" in path.name]
+        for path in ops:
+            repair(path, alive.warn)
+        moved = [path.GetPrimPath() for path in ops]
         if moved or notice.GetResyncedPaths():
             alive.forget()
             for path in dict.fromkeys(moved):

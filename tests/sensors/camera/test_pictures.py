@@ -284,3 +284,14 @@ def test_a_value_beyond_all_measure_makes_a_picture_all_the_same(path, name, val
         rgb, linear = look(app, product, "rgb", "HdrColor")
     assert rgb[MIDDLE][3] == 255
     assert np.isfinite(linear).all()
+
+
+@pytest.mark.parametrize("kind", ["DistantLight", "SphereLight"])
+def test_a_light_that_is_nowhere_gives_no_light_and_says_so(kind):
+    """The other light is the 1000 lux of the first case: 1000 * 0.18 / pi nit."""
+    with weightless() as app:
+        wall(app)
+        add_light(app, "DistantLight", intensity=1000.0)
+        add_light(app, kind, "Lost", rotate=(float("nan"), 0, 0), intensity=1000.0)
+        assert light_ahead(app) == pytest.approx(1000 * 0.18 / np.pi, rel=HALF)
+        assert [(one.code, one.where) for one in app.warnings] == [("bad-transform", "/World/Lost")]

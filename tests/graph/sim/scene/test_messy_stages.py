@@ -6,7 +6,7 @@ from graph.base.errors import UserError
 from graph.sim import App
 from graph.sim.geometry.collect import collect_geometry
 from graph.sim.scene.stage import open_stage
-from graph.sim.usd import UsdGeom
+from graph.sim.usd import Gf, UsdGeom
 
 CUBE = 'def Cube "Box"\n{\n}\n'
 
@@ -138,6 +138,34 @@ def test_a_quaternion_that_is_not_of_length_1_is_normalised_or_counts_as_no_turn
     [(code, where, text)] = warnings
     assert (code, where) == ("orient-not-unit", "/A")
     assert said in text
+
+
+@pytest.mark.parametrize("playing", [False, True])
+@pytest.mark.parametrize(("turn", "middle"), [((2, 0, 0, 2), (0, 5, 0)), ((float("nan"), 0, 0, 1), (5, 0, 0))])
+def test_a_quaternion_that_is_set_later_is_normalised_too(playing, turn, middle):
+    """A quarter turn about z of what stands at (5, 0, 0) below the prim."""
+    with App() as app:
+        app.add_prims({"/A": {"orient": [1, 0, 0, 0]}, "/A/Box": {"type": "Cube", "translate": [5, 0, 0]}})
+        if playing:
+            app.play()
+            app.update()
+        app.stage.GetAttributeAtPath("/A.xformOp:orient").Set(Gf.Quatd(*turn))
+        app.update()
+        assert app.fabric.world_matrix("/A/Box")[:3, 3] == pytest.approx(middle, abs=1e-12)
+        assert [(one.code, one.where) for one in app.warnings] == [("orient-not-unit", "/A")]
+
+
+def test_a_quaternion_of_a_referenced_file_is_normalised_whenever_the_reference_is_made(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    order = 'uniform token[] xformOpOrder = ["xformOp:orient"]'
+    scene(tmp_path, f'def Xform "A"\n{{\n {order}\n quatd xformOp:orient = (2, 0, 0, 2)\n}}\n', 'defaultPrim = "A"')
+    with App() as app:
+        app.add_prims({"/B": {"reference": "a.usda"}})
+        app.stage.DefinePrim("/C").GetReferences().AddReference(str(tmp_path / "a.usda"))
+        app.play()
+        for path in ("/B", "/C"):
+            assert app.fabric.world_matrix(path)[:3, 0] == pytest.approx([0, 1, 0], abs=1e-12)
+        assert [(one.code, one.where) for one in app.warnings] == [("orient-not-unit", "/B"), ("orient-not-unit", "/C")]
 
 
 def test_a_quaternion_of_half_precision_is_left_alone(tmp_path):
