@@ -49,7 +49,11 @@ LIMITS: dict[str, Limit] = {
     "radar.rays": Limit(
         10_000_000, "rays", "the fan of a radar's scan; finer rays over what is small in it come on top"
     ),
-    "radar.cells": Limit(20_000_000, "cells", "of range and velocity together, a scan configuration of a radar"),
+    "radar.cells": Limit(
+        20_000_000,
+        "cells",
+        "of range and velocity together, a scan configuration of a radar; with noise and cfarMode 4D of all four axes",
+    ),
     "acoustic.rays": Limit(1_000_000, "rays", "the fan of a mount of an acoustic sensor"),
     "lidar.bins": Limit(10_000, "spans", "a scan of lidar.motion continuous"),
     "camera.rays": Limit(10_000_000, "rays", "an image, with the samples of each pixel"),

@@ -211,6 +211,9 @@ class ScanConfig:
                 self.pattern(side)
             except ValueError as error:
                 yield f"{side}AntennaCoGain: {error}"
+        for name in ("bore_az_res_deg", "bore_el_res_deg"):
+            if getattr(self, name) > 90:
+                yield f"{attribute_name(name)} = {getattr(self, name):g} is beyond 90 deg"
         for name in ("max_az_ang_deg", "max_el_ang_deg"):
             if getattr(self, name) > 90:
                 yield f"{attribute_name(name)} = {getattr(self, name):g} is beyond 90 deg; it is half the field of view"
@@ -220,11 +223,12 @@ class ScanConfig:
             yield from self.chirps(max(self.cycles)).problems()
         if self.time_offset_usec * 1000 >= 2**31:
             yield f"timeOffsetUsec = {self.time_offset_usec:g} does not fit; in ns it has 31 bits, 2.1 s"
-        if len(self.rcs_tuning_coefficients) != 3 or self.rcs_tuning_coefficients[1] <= 0:
-            yield "rcsTuningCoefficients are three: a threshold [dBsm], a factor above 0, a noise scale"
+        tuning = self.rcs_tuning_coefficients
+        if len(tuning) != 3 or tuning[1] <= 0 or tuning[2] < 0:
+            yield "rcsTuningCoefficients are three: a threshold [dBsm], a factor above 0, a noise scale from 0 on"
 
-    def too_large(self) -> Iterator[str]:
-        """What would need more memory than is allowed, one line each."""
+    def too_large(self, four: bool) -> Iterator[str]:
+        """What would need more memory than is allowed, one line each; four: whether CFAR works on all axes."""
         across, up = self.grid(None)
         if across * up > most("radar.rays"):
             yield f"raysPerDeg {self.rays_per_deg:g} makes {across * up:,} rays; {allowed('radar.rays')}"
@@ -233,6 +237,9 @@ class ScanConfig:
         angles = self.azimuths().count, self.heights().count
         if max(angles) > MOST_ANGLES:
             yield f"it has {angles[0]:,} azimuth and {angles[1]:,} elevation cells; at most {MOST_ANGLES:,} of each"
+        cells = self.cells() * angles[0] * angles[1]
+        if four and (self.cfar_noise_mean or self.cfar_noise_sdev) and cells > most("radar.cells"):
+            yield f"noise in its {cells:,} cells (cfarMode 4D) takes {8 * cells:,} bytes; {allowed('radar.cells')}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -283,7 +290,7 @@ class RadarConfig:
         if not 1 <= len(self.scans) <= MOST_SCANS:
             problems.append(f"it has {len(self.scans)} scan configurations; 1 to {MOST_SCANS} fit")
         for scan in self.scans:
-            wrong = list(scan.problems()) or list(scan.too_large())
+            wrong = list(scan.problems()) or list(scan.too_large(self.cfar_mode == "4D"))
             problems += [f"scan {scan.name}: {line}" for line in wrong]
         if problems:
             raise UserError(f"radar {self.name}: {'; '.join(problems)}")

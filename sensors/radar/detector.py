@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -96,60 +97,86 @@ def _of_map(cube: Cube, scan: ScanConfig, noise: Noise, peaks: bool) -> Cube:
     order = np.lexsort((-cube.power, pair))
     first = order[np.flatnonzero(np.diff(pair[order], prepend=-1))]
     at = tuple(axis[first] for axis in cube.index[:2])
-    cells = _some(cube, first[found[at]])
+    cells = _whole(cube, first[found[at]])
     if added is None:
         return cells
     found[at] = False
-    return _with_alarms(cells, found, power, noise)
+    pair_of_noise = np.nonzero(found)
+    angle = noise.uniform("angles", len(pair_of_noise[0])) * shape[2] * shape[3]
+    angles = np.divmod(np.minimum(angle.astype(np.int64), shape[2] * shape[3] - 1), shape[3])
+    return _with_alarms(cells, cube.grid.number((*pair_of_noise, *angles)), power[pair_of_noise])
 
 
-def _with_alarms(cells: Cube, found: np.ndarray, power: np.ndarray, noise: Noise) -> Cube:
-    """Adds cells that hold noise alone."""
-    grid, pair = cells.grid, np.nonzero(found)
+def _whole(cube: Cube, rows: np.ndarray) -> Cube:
+    """Some cells, with what lies beside them in angle and nearer than half a cell: a target on their border is one."""
+    grid, at = cube.grid, [index[rows] for index in cube.index]
     azimuths, heights = grid.shape[2:]
-    angle = noise.uniform("angles", len(pair[0])) * azimuths * heights
-    index = (*pair, *np.divmod(np.minimum(angle.astype(np.int64), azimuths * heights - 1), heights))
-    values = np.stack([axis.centre(at) for axis, at in zip(grid.axes, index, strict=True)])
+    power, values = cube.power[rows], cube.values[:, rows]
+    total, sums = power.copy(), power * values
+    for across, up in itertools.product((-1, 0, 1), repeat=2):
+        azimuth, height = at[2] + across, at[3] + up
+        inside = (azimuth >= 0) & (azimuth < azimuths) & (height >= 0) & (height < heights)
+        number = grid.number((*at[:2], np.clip(azimuth, 0, azimuths - 1), np.clip(height, 0, heights - 1)))
+        place = np.minimum(np.searchsorted(cube.cell, number), len(cube.cell) - 1)
+        near = inside & (cube.cell[place] == number) & bool(across or up)
+        for axis, cells in ((2, grid.azimuth), (3, grid.height)):
+            near &= np.abs(cube.values[axis][place] - values[axis]) < cells.width / 2
+        total += np.where(near, cube.power[place], 0.0)
+        sums += np.where(near, cube.power[place] * cube.values[:, place], 0.0)
+    return Cube(grid, cube.cell[rows], total, sums / np.maximum(total, 1e-300), cube.bounces[rows])
+
+
+def _with_alarms(cells: Cube, number: np.ndarray, power: np.ndarray) -> Cube:
+    """Adds cells that hold noise alone, by their numbers (k,) in the grid."""
+    grid = cells.grid
+    values = np.stack([axis.centre(at) for axis, at in zip(grid.axes, grid.index(number), strict=True)])
     return Cube(
         grid,
-        np.concatenate((cells.cell, grid.number(index))),
-        np.concatenate((cells.power, power[pair])),
+        np.concatenate((cells.cell, number)),
+        np.concatenate((cells.power, power)),
         np.concatenate((cells.values, values), axis=1),
-        np.concatenate((cells.bounces, np.zeros(len(pair[0]), np.uint8))),
+        np.concatenate((cells.bounces, np.zeros(len(number), np.uint8))),
     )
 
 
 def _of_cube(cube: Cube, scan: ScanConfig, noise: Noise, peaks: bool) -> Cube:
-    """The cells of the sparse cube that are detected among their neighbours in all four axes.
-
-    Noise is a mean level in every cell, and a random part in those that hold power: cells without are not drawn.
-    """
+    """The cells that are detected among their neighbours in all four axes; with noise every cell of the cube counts."""
     axes = (
         Axis(scan.cfar_vn_t, scan.cfar_vn_g, wraps=True),
         Axis(scan.cfar_rn_t, scan.cfar_rn_g),
         Axis(scan.cfar_azn_t, scan.cfar_azn_g, wraps=cube.grid.wraps_angles),
         Axis(scan.cfar_eln_t, scan.cfar_eln_g),
     )
-    added = noise.power("cells", (len(cube.cell),), scan.cfar_noise_mean, scan.cfar_noise_sdev)
-    power = cube.power if added is None else cube.power + added
     ranges, velocities, *angles = cube.grid.shape
-    level = sparse_noise_level(cube.cell, cube.power, (velocities, ranges, *angles), axes) + scan.cfar_noise_mean
-    found = (power > scan.cfar_offset * level) & (power >= scan.cfar_min_val)
+    shape = velocities, ranges, *angles
+    dense = noise.power("cells", shape, scan.cfar_noise_mean, scan.cfar_noise_sdev)
+    if dense is None:
+        level = sparse_noise_level(cube.cell, cube.power, shape, axes)
+        found = (cube.power > scan.cfar_offset * level) & (cube.power >= scan.cfar_min_val)
+        if peaks:
+            found &= _is_sparse_peak(cube, cube.power)
+        return _some(cube, np.flatnonzero(found))
+    dense.reshape(-1)[cube.cell] += cube.power
+    found = detect(dense, axes, factor=scan.cfar_offset, least=scan.cfar_min_val)
     if peaks:
-        found &= _is_sparse_peak(cube, power)
-    return _some(cube, np.flatnonzero(found))
+        found &= _is_peak(dense, along=1, turning=0)
+    found = found.reshape(-1)
+    cells = _some(cube, np.flatnonzero(found[cube.cell]))
+    found[cube.cell] = False
+    number = np.flatnonzero(found)
+    return _with_alarms(cells, number, dense.reshape(-1)[number])
 
 
-def _is_peak(power: np.ndarray) -> np.ndarray:
-    """Which cells of (range, velocity) have more power than those beside them, bool; velocities wrap."""
-    edge = np.zeros((1, power.shape[1]))
-    ahead, behind = np.concatenate((power[1:], edge)), np.concatenate((edge, power[:-1]))
-    return np.asarray(
-        (power > ahead)
-        & (power >= behind)
-        & (power > np.roll(power, -1, axis=1))
-        & (power >= np.roll(power, 1, axis=1))
-    )
+def _is_peak(power: np.ndarray, along: int = 0, turning: int = 1) -> np.ndarray:
+    """Which cells have more power than those beside them in range and velocity, bool; velocities, `turning`, wrap."""
+    found = np.ones(power.shape, bool)
+    for axis in (along, turning):
+        ahead, behind = np.roll(power, -1, axis=axis), np.roll(power, 1, axis=axis)
+        if axis == along:
+            np.moveaxis(ahead, axis, 0)[-1] = 0.0
+            np.moveaxis(behind, axis, 0)[0] = 0.0
+        found &= (power > ahead) & (power >= behind)
+    return found
 
 
 def _is_sparse_peak(cube: Cube, power: np.ndarray) -> np.ndarray:

@@ -29,10 +29,13 @@ class Noise:
     def power(self, stream: str, shape: tuple[int, ...], mean: float, deviation: float) -> np.ndarray | None:
         """Noise power [W] of this shape, gamma distributed; None where both are 0.
 
-        A deviation equal to the mean is that of a square-law detector: exponential.
+        A deviation equal to the mean is that of a square-law detector: exponential. Of mean 0 it is the magnitude of a
+        normal number, as power is not negative.
         """
-        if not mean:
+        if not mean and not deviation:
             return None
+        if not mean:
+            return np.abs(deviation * self._generator(stream).standard_normal(shape))
         if not deviation:
             return np.full(shape, mean)
         return np.asarray(self._generator(stream).gamma((mean / deviation) ** 2, deviation**2 / mean, shape))

@@ -9,7 +9,7 @@ import math
 import numpy as np
 import pytest
 
-from tests.support.radar_scenes import SCAN, WPM, dbsm, dihedral, plate, received, trihedral
+from tests.support.radar_scenes import SCAN, WPM, dbsm, dihedral, plate, radar_world, received, trihedral
 
 FAR = {f"{SCAN}maxRangeM": 250.0}
 
@@ -156,3 +156,15 @@ def test_far_from_the_origin_a_target_returns_the_same(offset):
     sections, ranges, _ = received(prims, translate=[offset, offset, 0])
     assert dbsm(sections[0]) == pytest.approx(14.40, abs=0.2)
     assert ranges[0] == pytest.approx(20.0, abs=2e-3)
+
+
+def test_a_rough_plate_on_boresight_is_one_detection_of_all_its_power():
+    """Lambert: 4 x share x area. A relative permittivity of 4 reflects 1 / 9 at normal incidence, which gravel
+    scatters: 4 x 0.01 / 9 m^2, -23.5 dBsm; half of it on each side of the border of two cells would be 3 dB less."""
+    gravel = {name: {**keys, "material": "gravel"} for name, keys in plate(0.1, 20.0).items()}
+    attributes = {f"{SCAN}rcsTuningCoefficients": [-60.0, 1.0, 0.0], f"{SCAN}cfarMinVal": 1e-30}
+    with radar_world(gravel, attributes) as (app, product):
+        app.update()
+        frame = product.frame
+        assert frame.count == 1
+        assert float(frame.channel("scalar")[0]) == pytest.approx(-23.5, abs=0.3)

@@ -5,9 +5,11 @@ import hashlib
 import numpy as np
 import pytest
 
+from graph.base.errors import UserError
 from graph.sim.settings import RAY_THREADS
 from sensors.gmo import pack
 from sensors.radar.cfar import Axis, noise_level, sparse_noise_level, threshold_factor
+from sensors.radar.noise import Noise
 from tests.support.radar_scenes import SCAN, WPM, plate, radar_world, trihedral
 
 MILLION = {
@@ -24,6 +26,33 @@ def test_false_alarms_come_as_often_as_the_formula_says():
     with radar_world({}, {**MILLION, f"{SCAN}cfarOffset": threshold_factor(16, 1e-3)}) as (app, product):
         app.update()
         assert product.frame.count == pytest.approx(1000, abs=160)
+
+
+def test_false_alarms_over_four_axes_come_as_often_as_the_formula_says():
+    """10 ranges x 500 velocities x 4 azimuths x 5 elevations of noise, 16 training cells along velocity, which wraps:
+    at 8.639 a hundred of the 10^5 cells; deviation 10, five of them for neighbours that share noise."""
+    four = {
+        **{f"{WPM}cfarMode": "4D", f"{SCAN}elevMode": "FULL_EL", f"{SCAN}cfarAznT": 0, f"{SCAN}cfarElnT": 0},
+        **{f"{SCAN}rBins": 10, f"{SCAN}vBins": 500, f"{SCAN}azBins": 4, f"{SCAN}elBins": 5},
+        f"{SCAN}cfarOffset": threshold_factor(16, 1e-3),
+    }
+    with radar_world({}, {**MILLION, **four}) as (app, product):
+        app.update()
+        assert product.frame.count == pytest.approx(100, abs=50)
+
+
+def test_noise_over_four_axes_is_refused_before_it_takes_too_much_memory():
+    """125 ranges x 749 velocities x 116 azimuths x 8 elevations."""
+    noise = {f"{SCAN}cfarNoiseMean": 1e-17, f"{SCAN}maxAzAngDeg": 75.0, f"{SCAN}maxElAngDeg": 20.0}
+    noise |= {f"{WPM}cfarMode": "4D", f"{SCAN}elevMode": "FULL_EL"}
+    refused = pytest.raises(UserError, match=r"noise in its [0-9,]+ cells \(cfarMode 4D\) takes [0-9,]+ bytes")
+    with refused, radar_world({}, noise) as (app, _):
+        app.update()
+
+
+def test_noise_of_mean_0_is_the_magnitude_of_normal_numbers():
+    """A mean of sqrt(2 / pi) = 0.798 deviations; of 10^5, that is known to 0.0019."""
+    assert Noise(0, "/R", 0).power("cells", (100_000,), 0.0, 1.0).mean() == pytest.approx(0.798, abs=0.01)
 
 
 def test_a_frame_that_is_full_says_so():
