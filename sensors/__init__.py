@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from .camera.authoring import CameraView, RtxCamera
     from .camera.depth_camera import SingleViewDepthCameraSensor
     from .camera.sensor import CameraSensor, TiledCameraSensor
+    from .camera.structured_light import StructuredLightCamera, write_directions
     from .channels import Channel
     from .gmo import (
         AuxType,
@@ -94,6 +95,7 @@ _HOMES = {
     "SensorRuntime": "runtime",
     "SensorType": "sensor_types",
     "SingleViewDepthCameraSensor": "camera.depth_camera",
+    "StructuredLightCamera": "camera.structured_light",
     "TiledCameraSensor": "camera.sensor",
     "bind_material": "authoring",
     "create_render_product": "replicator",
@@ -112,6 +114,7 @@ _HOMES = {
     "unregister_annotator_spec": "annotators.specs",
     "unregister_sensor_type": "sensor_types",
     "unregister_writer_spec": "writers",
+    "write_directions": "camera.structured_light",
     "writers": "writers",
 }
 
@@ -149,6 +152,7 @@ __all__ = [
     "SensorRuntime",
     "SensorType",
     "SingleViewDepthCameraSensor",
+    "StructuredLightCamera",
     "TiledCameraSensor",
     "bind_material",
     "create_render_product",
@@ -166,6 +170,7 @@ __all__ = [
     "unregister_annotator_spec",
     "unregister_sensor_type",
     "unregister_writer_spec",
+    "write_directions",
 ]
 
 _forward(_MOVED)

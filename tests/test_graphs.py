@@ -92,6 +92,16 @@ def test_the_script_of_annotators_prints_a_line_for_each_and_draws(tmp_path):
     assert [file.name for file in tmp_path.iterdir()] == ["World_Lidar_000000.png"]
 
 
+def test_the_script_of_structured_light_finds_the_depth_of_the_crate_and_of_the_wall():
+    """A column of 256 is 500 / 256 = 1.95 px: at 3 m, of a disparity of 33 px, half of it is 9 cm; the median less."""
+    pytest.importorskip("OpenEXR", reason="comes with the extra exr")
+    script = ROOT / "graphs" / "structured_light.py"
+    done = subprocess.run([sys.executable, script], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    found = {line.split()[0]: float(line.split()[1]) for line in done.stdout.splitlines()}
+    assert found == {"crate:": pytest.approx(1.5, abs=0.03), "wall:": pytest.approx(3.0, abs=0.05)}
+
+
 def test_the_motion_modes_show_a_passing_ball_as_their_comments_say():
     """It crosses at 10 m/s: its width along y is 1 m, in a turn of 0.1 s it moves 1 m more."""
     import numpy as np

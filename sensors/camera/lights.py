@@ -5,7 +5,7 @@ Radiances are L = intensity 2^exposure colour [nit]; irradiances follow UsdLux (
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -13,10 +13,10 @@ import numpy as np
 
 from graph.sim.transforms import rigid_part
 
-from .image_files import ImageFiles, ImageProblem
-from .sky import Sky, SkyImage, sky_image
-from .stage_values import numbers_of
-from .textures import Texture, linear_table
+from .light_images import LightImages, Warn
+from .sky import Sky
+from .slides import Slide
+from .stage_values import numbers_of, text_of
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -27,8 +27,6 @@ BRIGHTEST = 1e20
 STRATA = 4
 """An area light is so many times so many patches."""
 
-Warn = Callable[[str, str, str], None]
-
 
 @dataclass(frozen=True, slots=True)
 class Light:
@@ -38,7 +36,7 @@ class Light:
     unit direction. Of any other place is its middle [m, from the camera]; it brings the sum over its patches of color
     times cos(incidence) / d^2, and for `flat` ones times the cosine at the light, on whose side `axis` (3,) points, for
     `long` ones times the sine of the angle to `axis`, along which they lie; one that is `carried` by the camera brings
-    color times cos(incidence).
+    color times cos(incidence). slide: what a projector throws, and (3, 3), from world axes to its own.
     patches: (m, 3) [m, from the camera]. cone: about axis: the cosine of its half angle, its soft share, and the power
     of the cosine by which it fades to its edge; or None. shadows: whether it casts any.
     """
@@ -53,6 +51,7 @@ class Light:
     carried: bool = False
     cone: tuple[float, float, float] | None = None
     shadows: bool = True
+    slide: tuple[Slide, np.ndarray] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +82,7 @@ def light_prims(stage: Any) -> list[Any]:
 
 def read_lighting(
     prims: list[Any],
-    images: Mapping[str, SkyImage],
+    images: LightImages,
     matrix_of: Callable[[str], np.ndarray],
     unit: float,
     origin: np.ndarray,
@@ -91,8 +90,7 @@ def read_lighting(
 ) -> Lighting:
     """The lights as they are now. matrix_of: path -> world matrix (4, 4) float64 [stage units of `unit` m].
 
-    images: of domes, by path. origin: of the camera, (3,) float64 [m]. warn: gets `light-not-modelled`,
-    `bad-transform`.
+    origin: of the camera, (3,) float64 [m]. warn: gets `light-not-modelled`, `texture-not-read`, `bad-transform`.
     """
     lights, sky, skies = [], np.zeros(3, np.float32), []
     for prim in prims:
@@ -105,9 +103,9 @@ def read_lighting(
             warn("bad-transform", path, "its transform is not finite; it gives no light")
             continue
         if kind.startswith("DomeLight"):
-            if path in images:
+            if (image := images.sky(prim, warn)) is not None:
                 turn = values.pole() @ rigid_part(placed)[:3, :3].T
-                skies.append(Sky(images[path], values.radiance(), turn))
+                skies.append(Sky(image, values.radiance(), turn))
             else:
                 sky = sky + values.radiance()
             if (head := values.headlight()).any():
@@ -119,24 +117,25 @@ def read_lighting(
             matrix = placed.copy()
             matrix[:3] *= unit
             matrix[:3, 3] -= origin
-            lights.append(replace(_SHAPES[kind](values, matrix), shadows=values.shadows()))
+            light = replace(_SHAPES[kind](values, matrix), shadows=values.shadows())
+            lights += [light] if kind != "RectLight" else _textured(light, values, matrix, images, warn)
         else:
             warn("light-not-modelled", path, f"a {kind} gives no light here; use a distant, dome, sphere or area light")
     return Lighting(tuple(lights), sky, tuple(skies))
 
 
 def irradiance(light: Light, points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(k,) float32, times `Light.color` [lux], and the place that it comes from, (3, k) or (3, 1) [m, from the camera]:
-    of several patches their mean, each as far as it counts.
+    """(1, k) float32, or (3, k) for red, green, blue of a projector, times `Light.color` [lux], and the place that it
+    comes from, (3, k) or (3, 1) [m, from the camera]: of several patches their mean, each as far as it counts.
 
     points (3, k) [m, from the camera], normals (3, k) unit, float32.
     """
     place = light.place[:, None]
     if light.far:
-        return np.maximum(_dot(light.place, normals), np.float32(0)), place
+        return np.maximum(_dot(light.place, normals), np.float32(0))[None], place
     if light.carried:
         cosine = (-points * normals).sum(axis=0) / np.maximum(np.sqrt((points * points).sum(axis=0)), np.float32(1e-6))
-        return np.maximum(cosine, np.float32(0)), place
+        return np.maximum(cosine, np.float32(0))[None], place
     total, mean = np.zeros(points.shape[1], np.float32), np.zeros_like(points)
     for patch in light.patches:
         way = patch[:, None] - points
@@ -154,7 +153,12 @@ def irradiance(light: Light, points: np.ndarray, normals: np.ndarray) -> tuple[n
             mean += cosine * patch[:, None]
     if len(light.patches) > 1:
         place = mean / np.maximum(total, np.float32(1e-30))
-    return total if light.cone is None else total * _cone(light, points), place
+    if light.cone is not None:
+        total *= _cone(light, points)
+    if light.slide is None:
+        return total[None], place
+    slide, turn = light.slide
+    return slide.thrown(turn @ (points - light.place[:, None])) * total, place
 
 
 def _cone(light: Light, points: np.ndarray) -> np.ndarray:
@@ -233,25 +237,17 @@ def _area(values: _Inputs, matrix: np.ndarray, local: np.ndarray, area: float) -
 _SHAPES = {"SphereLight": _sphere, "RectLight": _rect, "DiskLight": _disk, "CylinderLight": _cylinder}
 
 
-def sky_images(prims: list[Any], files: ImageFiles, warn: Warn) -> dict[str, SkyImage]:
-    """The images of domes by path. warn: gets `texture-not-read` and `light-not-modelled`."""
-    found = {}
-    for prim in prims:
-        values, path = _Inputs(prim), str(prim.GetPath())
-        if not str(prim.GetTypeName()).startswith("DomeLight") or not values.text("inputs:texture:file"):
-            continue
-        if (layout := values.text("inputs:texture:format")) not in ("", "automatic", "latlong"):
-            warn("light-not-modelled", path, f"its image is laid out as {layout}, not latlong: the sky has one colour")
-            continue
-        try:
-            image = files.read(prim.GetAttribute("inputs:texture:file"))
-        except ImageProblem as problem:
-            warn("texture-not-read", path, f"{problem}; the sky has one plain colour")
-            continue
-        ones = np.ones(4, np.float32)
-        texture = Texture(image, linear_table(image, "auto"), ("repeat", "clamp"), ones, 0 * ones)
-        found[path] = sky_image(texture)
-    return found
+def _textured(light: Light, values: _Inputs, matrix: np.ndarray, images: LightImages, warn: Warn) -> list[Light]:
+    """A rectangle with its texture: a projector throws it, any other shines as its mean does."""
+    if values.projects():
+        slide = images.slide(values.prim, warn)
+        if slide is None:
+            return []
+        turn = rigid_part(matrix)[:3, :3].T.astype(np.float32)
+        whole = light.color * np.float32(len(light.patches))
+        return [replace(light, color=whole, patches=light.place[None], slide=(slide, turn))]
+    mean = images.mean(values.prim, warn)
+    return [light if mean is None else replace(light, color=light.color * mean)]
 
 
 def _placed(matrix: np.ndarray, local: np.ndarray) -> np.ndarray:
@@ -273,7 +269,7 @@ class _Inputs:
     """The attributes of a light."""
 
     def __init__(self, prim: Usd.Prim) -> None:
-        self._prim = prim
+        self.prim = self._prim = prim
 
     def _get(self, name: str) -> Any:
         attribute = self._prim.GetAttribute(name)
@@ -284,11 +280,13 @@ class _Inputs:
         return found[0] if found else default
 
     def text(self, name: str) -> str:
-        value = self._get(name)
-        return str(getattr(value, "path", value) or "")
+        return text_of(self._prim.GetAttribute(name))
 
     def input(self, name: str, default: float) -> float:
         return self.number(f"inputs:{name}", default)
+
+    def projects(self) -> bool:
+        return bool(self._get("isProjector"))
 
     def normalized(self) -> bool:
         return bool(self._get("inputs:normalize"))

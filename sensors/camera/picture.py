@@ -13,7 +13,8 @@ from sensors.raycast.world import CastWorld
 from .config import CameraConfig
 from .cutouts import see_through
 from .image_files import ImageFiles
-from .lights import Lighting, light_prims, read_lighting, sky_images
+from .light_images import LightImages
+from .lights import Lighting, light_prims, read_lighting
 from .line_exposure import LineExposure
 from .materials import Looks, read_looks
 from .rays import CameraRays
@@ -86,13 +87,12 @@ class Pictures:
 
     def lighting(self, app: App, world: CastWorld, pose: np.ndarray, state: Any) -> Lighting:
         """The lights as they are in a state, as seen from a camera at `pose` (4, 4) float64 [m]."""
-        prims = world.cache.get("camera lights")
-        if prims is None:
-            prims = world.cache["camera lights"] = light_prims(app.stage)
-            world.cache["camera skies"] = sky_images(prims, _files(app, world), app.warn)
+        prims = _lights(app, world)
+        if "camera light images" not in world.cache:
+            world.cache["camera light images"] = LightImages(_files(app, world))
         lighting = read_lighting(
             prims,
-            world.cache["camera skies"],
+            world.cache["camera light images"],
             lambda path: app.fabric.world_matrix(path, state),
             app.meters_per_unit,
             pose[:3, 3],
@@ -108,6 +108,20 @@ def looks_of(app: App, world: CastWorld) -> Looks:
     found: Looks | None = world.cache.get("camera looks")
     if found is None:
         found = world.cache["camera looks"] = read_looks(app.stage, world.surfaces, _files(app, world), app.warn)
+    return found
+
+
+def has_projector(app: App, world: CastWorld) -> bool:
+    """Whether a light of the App's scene throws a pattern."""
+    return any(
+        prim.HasAttribute("isProjector") and prim.GetAttribute("isProjector").Get() for prim in _lights(app, world)
+    )
+
+
+def _lights(app: App, world: CastWorld) -> list[Any]:
+    found: list[Any] | None = world.cache.get("camera lights")
+    if found is None:
+        found = world.cache["camera lights"] = light_prims(app.stage)
     return found
 
 

@@ -21,7 +21,7 @@ from .entities import PixelNumbers, entities_of
 from .line_exposure import LineExposure
 from .motion import Instant, motion_vectors
 from .names import PRIM_TYPE
-from .picture import Pictures, looks_of
+from .picture import Pictures, has_projector, looks_of
 from .rays import CameraRays
 from .shading import aces_curve, srgb
 from .smooth import smooth_surfaces, smoothen
@@ -145,7 +145,10 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
             return False
         from .drawn import reason_for_rays
 
-        reason = reason_for_rays(cast_world(app), self.config)
+        world = cast_world(app)
+        reason = reason_for_rays(world, self.config)
+        if not reason and has_projector(app, world):
+            reason = "its scene has a projector"
         if reason:
             app.warn("camera-by-rays", self.path, f"{reason}, which OpenGL does not show: its images are cast by rays")
         return not reason

@@ -67,12 +67,12 @@ def _reflected(
         light_there, place = irradiance(light, points, facing)
         if light.color.any():
             if light.shadows:
-                towards = np.flatnonzero(light_there > 0)
+                towards = np.flatnonzero((light_there > 0).any(axis=0))
                 from_there = place if place.shape[1] == 1 else place[:, towards]
                 dark = _blocked(light, from_there, above[:, towards], shadows, view.bundle.origin, state)
-                light_there[towards[dark]] = 0
+                light_there[:, towards[dark]] = 0
             for axis in range(3):
-                lit[axis] += light.color[axis] * light_there
+                lit[axis] += light.color[axis] * light_there[axis % len(light_there)]
 
     def places(some: np.ndarray) -> np.ndarray:
         return view.rays.points(view.bundle, some, view.hits.distance[some])

@@ -14,3 +14,9 @@ def numbers_of(value: Any, count: int) -> tuple[float, ...] | None:
     except (TypeError, ValueError):
         return None
     return tuple(found.tolist()) if found.shape == (count,) and np.isfinite(found).all() else None
+
+
+def text_of(attribute: Any) -> str:
+    """The text of a token or the path of an asset; empty where nothing is said."""
+    value = attribute.Get() if attribute else None
+    return str(getattr(value, "path", value) or "")
