@@ -64,7 +64,7 @@ def migrated_type(type_id: str, registry: Registry = DEFAULT) -> tuple[str, str 
     if type_id in registry:
         return type_id, None
     new = registry.library.renames.TYPES.get(type_id) or _by_prefix(type_id, registry)
-    runs = new in registry
+    runs = new is not None and new in registry
     if new is None or (not runs and registry.library.why_absent(new) is None):
         return type_id, None  # no present type: the message about an unknown type shows the id of the file
     if _is_ros1(type_id):
