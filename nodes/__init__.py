@@ -389,6 +389,7 @@ TYPES: Mapping[str, tuple[str, ...]] = {
         "isaacsim.replicator.domain_randomization.OgnCountIndices",
         "isaacsim.replicator.domain_randomization.OgnIntervalFiltering",
     ),
+    "replicator.prims": ("omni.replicator.core.OgnGetPrimAtPath",),
     "replicator.random_numbers": ("isaacsim.replicator.domain_randomization.Random3f",),
     "replicator.samplers": (
         "isaacsim.replicator.examples.OgnSampleInSphere",

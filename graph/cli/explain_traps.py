@@ -57,8 +57,8 @@ def _unset_inputs(nodes: Iterable[Node]) -> Iterator[Trap]:
     for node in nodes:
         if "enabled" in node.type.inputs and node.get("enabled") is False:
             continue
-        for group in node.type.needs:
-            if not any(node.connected(name) or _has_value(node.get(name)) for name in group):
+        for group in node.empty_needs():
+            if not any(node.connected(name) for name in group):
                 others = f" (or {' or '.join(group[1:])})" if len(group) > 1 else ""
                 yield (
                     "input-not-set",
@@ -74,10 +74,6 @@ def _mixed_topics(session: Session) -> Iterator[Trap]:
         if len(types) > 1:
             sends = ", but ".join(f"{path} sends {kind}" for kind, path in reversed([*types.items()]))
             yield "topic-of-two-types", name, f"{sends}; rename one of the two topics"
-
-
-def _has_value(value: Any) -> bool:
-    return bool(len(value) if hasattr(value, "__len__") else value)
 
 
 def clock_traps(app: App, steps: Sequence[Step]) -> Iterator[Trap]:

@@ -18,6 +18,8 @@ from .node import ComputeError, Node
 from .omnigraph_names import FamiliarGraph
 from .wire import Copy
 
+Excuses = Literal["nothing", "waiting", "lacks"]
+"""Which missing inputs are warnings: none; connected ones whose source has no value yet; also those not in the file."""
 Activation = tuple[Node, str]
 """A node and the execution input to trigger."""
 
@@ -73,8 +75,7 @@ class Graph(FamiliarGraph):
         """Restores the ranks after edits that left a valid order that differs from the file's."""
         self.context = Context()
         self.on_error: Literal["stop", "continue"] = "stop"
-        self.excuses_lacks = spec.excuses_lacks
-        """Whether something missing in the file is only a warning."""
+        self.excuses: Excuses = "lacks" if spec.excuses_lacks else "waiting"
         self.step_limit = 1_000_000
         self.interrupts = False
         self.evaluations = 0
@@ -211,7 +212,7 @@ class Graph(FamiliarGraph):
         by_name = [(node if isinstance(node, str) else node.name, name) for node, name in activations]
         for instance in self.instances.values():
             instance.on_error, instance.interrupts = self.on_error, self.interrupts
-            instance.excuses_lacks = self.excuses_lacks
+            instance.excuses = self.excuses
             instance.step_limit, instance.pipeline_stage = self.step_limit, self.pipeline_stage
             instance.evaluate(context, by_name)
 
@@ -320,16 +321,22 @@ class Graph(FamiliarGraph):
     def failed(self, db: Database, error: Exception) -> None:
         """Handles an exception of this node's compute according to `on_error`. Raises ComputeError for "stop".
 
-        Something missing in a saved scene is only a warning, unless the user asked to stop at errors.
+        Unless the user asked to stop at errors, something missing is only a warning in a saved scene, and so is a
+        needed input whose source has given nothing yet.
         """
         db._enabled.clear()
         message = cause_of(db, error)
-        if isinstance(error, LackError) and self.excuses_lacks:
+        if isinstance(error, LackError) and self._excused(db._node):
             self.context.warn("input-not-set", db.path, message)
             return
         if self.on_error == "stop":
             raise ComputeError(db._node, self.context.update, message) from error
         self.context.warn("compute-failed", db.path, message)
+
+    def _excused(self, node: Node) -> bool:
+        if self.excuses != "waiting":
+            return self.excuses == "lacks"
+        return any(node.connected(name) for group in node.empty_needs() for name in group)
 
 
 def by_path(graphs: Sequence[Graph]) -> Mapping[str, Graph]:

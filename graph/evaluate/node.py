@@ -201,6 +201,13 @@ class Node(FamiliarNode):
         full = self.full_name(name)
         return full in self.consumed_names if full.startswith("outputs:") else full in self.fed_names
 
+    def empty_needs(self) -> Iterator[tuple[str, ...]]:
+        """The groups of inputs that the node needs (`NodeType.needs`) of which none has a value now."""
+        for group in self.type.needs:
+            values = [self.get(name) for name in group]
+            if not any(len(value) if hasattr(value, "__len__") else value for value in values):
+                yield group
+
     def wires_into(self, name: str) -> int:
         """The number of connections to an execution input."""
         return len(self.wires_in.get(f"inputs:{name}", ()))

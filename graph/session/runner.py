@@ -119,7 +119,8 @@ class GraphRunner:
 
     def _prepare(self, graph: Graph) -> None:
         graph.context, graph.on_error = self._context, self._on_error
-        graph.excuses_lacks = graph.spec.excuses_lacks and self._excuses_lacks
+        if not self._excuses_lacks:
+            graph.excuses = "nothing"
         graph.interrupts = not self._app.settings.get(INTERRUPTS_OFF, True)
 
     def _set_interrupts(self, off: Any) -> None:

@@ -192,6 +192,7 @@ _PARTS: dict[str, Parts] = {
     "SdRenderVarToRawArray": Parts(needs=_PIPELINE),
     "SetActiveViewportCamera": Parts({"primPath": CAMERA}, _CAMERA),
     "SetCameraPosition": Parts({"prim": CAMERA, "usePath": False, "position": [1.0, 0.0, 1.0]}, _CAMERA),
+    "OgnGetPrimAtPath": Parts({"paths": [THING]}, _THING),
     "SetPrimActive": Parts({"primTarget": THING}, {THING: "{type: Scope}"}),
     "SetTarget": Parts({"targets": THING, "setTarget": "/World"}, _THING),
     "SurfaceGripper": Parts({"SurfaceGripper": "/World/Arm/Cup"}, _CUP),
