@@ -36,8 +36,9 @@ class PhysicsKnobs:
             cost="rk4: 2 to 4 times, for four evaluations of the forces per step; discrete: 0.9 to 1.6 times",
             error="of first order in the step (a fall or swing is ahead by half a step), rk4 of fourth where nothing "
             "touches. A body that tumbles by w a step loses about 0.02 w2 of its momentum in it, rk4 w6 / 1000. A "
-            "top on a ball joint needs rk4 or implicit. A spring drive of rate w [1/s] errs by 0.9 w dt, with rk4 as "
-            "free bodies; rk4 and euler need w dt < 2",
+            "top on a ball joint needs rk4 or implicit. A spring drive of rate w [1/s] errs by 0.9 w dt, and "
+            "without damping loses w2 dt / 2 of its swing a second (euler: none), with rk4 as free bodies; rk4 and "
+            "euler need w dt < 2",
             why="discrete with driven joints or elastic bodies, for only there stiff drives and contacts are stable "
             "together; else implicitfast; a model keeps its own",
             read_by=_SOLVER,

@@ -84,20 +84,25 @@ RATE, SHARE = 10.0, 0.2
 """Undamped rate [rad/s] and damping ratio of the spring drive."""
 
 
-def spring(hz: int, knobs: Knobs) -> float:
-    """A drive's answer to a step of 1: the largest error in 1 s."""
-    gains = {"stiffness": RATE**2, "damping": 2 * SHARE * RATE, "targetPosition": 1.0}
+def spring(hz: int, knobs: Knobs, share: float = SHARE) -> float:
+    """A drive's answer to a step of 1: the largest error in 1 s. share: its damping ratio."""
+    gains = {"stiffness": RATE**2, "damping": 2 * share * RATE, "targetPosition": 1.0}
     drive = {f"drive:linear:physics:{name}": value for name, value in gains.items()}
     rail: dict[str, Any] = {"type": "PhysicsPrismaticJoint", "schemas": "PhysicsDriveAPI:linear"}
     rail["attributes"] = {"physics:body1": "/Mass", "physics:axis": "X", **drive}
     physics = world({**NO_GRAVITY, "/Mass": body((1, 1, 1), (0, 0, 0)), "/Rail": rail}, hz, knobs)
-    damped, worst = RATE * math.sqrt(1 - SHARE**2), 0.0
+    damped, worst = RATE * math.sqrt(1 - share**2), 0.0
     for number in range(1, hz + 1):
         physics.step()
         t = number / hz
-        swing = math.cos(damped * t) + SHARE * RATE / damped * math.sin(damped * t)
-        worst = max(worst, abs(float(physics.positions[0, 0]) - 1 + math.exp(-SHARE * RATE * t) * swing))
+        swing = math.cos(damped * t) + share * RATE / damped * math.sin(damped * t)
+        worst = max(worst, abs(float(physics.positions[0, 0]) - 1 + math.exp(-share * RATE * t) * swing))
     return worst
+
+
+def swinging(hz: int, knobs: Knobs) -> float:
+    """The same without damping, 1 - cos w t: implicit steps take w^2 dt / 2 of its swing a second, 19 % at 240 Hz."""
+    return spring(hz, knobs, 0.0)
 
 
 WHEEL, MOTOR = 0.1, 5.0
@@ -135,5 +140,6 @@ CASES = (
     Case("pendulum", "sin(x / 2) = k cd(w t)", "rad", pendulum, 0.006, orders=first_order()),
     Case("double pendulum", "a converged solution", "rad", double_pendulum, 0.015, orders=first_order()),
     Case("spring drive", "step answer", "", spring, 0.04, orders=first_order()),
+    Case("spring drive, no damping", "1 - cos w t", "", swinging, 0.2, orders=first_order()),
     Case("robot on wheels", "(w - m g sin r / 4 c) r up 10 degrees", "", climbing, 0.001, rates=NARROW),
 )

@@ -14,7 +14,7 @@ import numpy as np
 from graph.sim.physics.solver import CHOICES
 
 from .library import mujoco
-from .step_size import RK4, holds
+from .step_size import EULER, RK4, holds
 
 if TYPE_CHECKING:
     from .engine import MujocoEngine
@@ -74,7 +74,10 @@ def _of_drives(engine: MujocoEngine) -> Iterator[str]:
     worst = max((number for number, rate in enumerate(rates) if rate * dt < 1), key=lambda n: rates[n], default=None)
     if worst is None or rates[worst] * dt < 0.01:
         return
-    line = f"{drives.joints[worst].path}: its spring answers a step with an error of {0.9 * rates[worst] * dt:.0%}"
+    path, taken = drives.joints[worst].path, rates[worst] ** 2 * dt / 2
+    line = f"{path}: its spring answers a step with an error of {0.9 * rates[worst] * dt:.0%}"
+    if engine.model.opt.integrator != EULER and gains[worst][1] < 2 * taken:  # more than its own damping does
+        line = f"{path}: its spring has little damping, and loses {-math.expm1(-taken):.0%} of its swing a second"
     if all(holds(RK4, dt, stiffness=stiffness, damping=damping) for stiffness, damping in gains):
         yield f"{line}; physics.integrator=rk4 takes that away where nothing touches, at 2 to 4 times the cost"
     else:

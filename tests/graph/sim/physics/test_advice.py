@@ -7,7 +7,7 @@ import pytest
 
 from tests.stability.case import GROUND, world
 from tests.stability.contacts import BLOCK, slope
-from tests.stability.joints import NO_GRAVITY, robot, spring
+from tests.stability.joints import NO_GRAVITY, robot, spring, swinging
 
 RAIL = {"type": "PhysicsPrismaticJoint", "schemas": "PhysicsDriveAPI:linear"}
 
@@ -48,11 +48,21 @@ def test_what_falls_is_ahead_by_half_a_step():
 
 def test_the_error_of_a_spring_is_near_what_is_told():
     """0.9 w dt, w = 10 / s: the oracle's drive."""
-    _, line = advice(world(sprung(100.0), 240, {}))
+    _, line = advice(world(sprung(100.0, 4.0), 240, {}))
     told = float(re.search(r"error of (\d+)%", line)[1]) / 100
     assert told == pytest.approx(spring(240, {}), rel=0.2)
     assert line.startswith("/Rail: ")
     assert "physics.integrator=rk4" in line
+
+
+@pytest.mark.parametrize("integrator", ["implicit", "implicitfast", "discrete"])
+def test_what_a_spring_without_damping_loses_is_near_what_is_told(integrator):
+    """1 - exp(-w2 dt / 2) = 19 % a second at w = 10 / s and 240 Hz; euler takes nothing."""
+    _, line = advice(world(sprung(100.0), 240, {"integrator": integrator}))
+    assert "has little damping, and loses 19% of its swing a second" in line
+    assert swinging(240, {"integrator": integrator}) == pytest.approx(0.19, rel=0.1)
+    assert "answers a step" in advice(world(sprung(100.0), 240, {"integrator": "euler"}))[1]
+    assert swinging(240, {"integrator": "euler"}) < 0.03
 
 
 def test_a_spring_too_stiff_for_rk4_is_told_to_take_a_higher_rate():
