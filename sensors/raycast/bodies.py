@@ -124,7 +124,7 @@ class MovingMeshes:
         """
         index, pair, which = pairs.index, pairs.pair, pairs.surface
         rotations = poses[pairs.look if len(poses) > 1 else 0, self.bodies[which], :3, :3]
-        turns = np.ascontiguousarray(np.moveaxis(rotations, 0, -1), np.float32)
+        turns = np.ascontiguousarray(rotations.transpose(1, 2, 0), np.float32)
         local, entry = self._into_cells(rays, pairs, places.towards[pairs.look, which], rotations, turns)
         found = self._scene.cast(local, threads, uv=nearest.with_spots)
         own = np.flatnonzero(found.distance <= BEYOND)

@@ -52,7 +52,7 @@ class MovingSurfaces:
         """
         kept = np.ones(len(self.surfaces), bool) if skip is None else ~skip
         looks = rays.parts or rays.spans or (rays,)
-        seen = np.tile(kept, (len(looks), 1))
+        seen = np.array([kept] * len(looks))
         meshes = slice(self._first, None)
         states = [
             (slice(number, number + 1) if rays.spans else slice(None), one, poses[number], nearest.some(rows))

@@ -84,7 +84,7 @@ class Bounds:
             own = poses[:, self.bodies]
             self._turned = key, own[..., :3, :3] @ self._points, own[..., :3, 3]
         _, turned, moved = self._turned
-        points = turned + (moved - np.stack([look.origin for look in looks])[:, None])[..., None]
+        points = turned + (moved - np.array([look.origin for look in looks])[:, None])[..., None]
         towards = points[..., 0]
         lengths = np.maximum(np.sqrt((points * points).sum(axis=-2)), 1e-12)
         distance = lengths[..., 0]
@@ -95,7 +95,7 @@ class Bounds:
         if not spread.any():  # any cone of less than a right angle that holds a box's corners holds the box
             along = (points[..., 1:] * towards[..., None]).sum(axis=-2) / lengths[..., 1:]
             cosine = along.min(axis=-1) / distance
-            corners = np.arccos(np.clip(cosine, -1.0, 1.0))
+            corners = np.arccos(np.minimum(np.maximum(cosine, -1.0), 1.0))
             half = np.where(cosine > 1e-3, np.minimum(half, corners), half)
         return Places(towards, distance, radius, half + [[MARGIN_RAD + look.swing] for look in looks])
 
@@ -106,7 +106,7 @@ def windows(rays: RayBundle, looks: Sequence[RayBundle], places: Places, seen: n
     looks: the p bundles that make up `rays`.
     """
     sizes = np.array([len(look.table) for look in looks])
-    starts = np.cumsum(sizes) - sizes
+    starts = sizes.cumsum() - sizes
     grid, axes = looks[0].grid, places.towards
     if grid is None:
         surface, look = np.nonzero(seen.T)
@@ -115,15 +115,15 @@ def windows(rays: RayBundle, looks: Sequence[RayBundle], places: Places, seen: n
         grid, span, shift = RayGrid(rays.directions.T, starts.tolist()), np.arange(len(looks)), 0 * starts
     else:
         span, shift = np.array([one.span for one in looks]), starts - [one.first for one in looks]
-        axes = axes @ np.stack([one.grid.rotation for one in looks if one.grid is not None])
-    middle, angle = (np.array(each)[span] for each in zip(*grid.cones, strict=True))
-    between = np.arccos(np.clip((axes * middle[:, None]).sum(axis=-1) / places.distance, -1.0, 1.0))
-    surface, look = np.nonzero((seen & (between <= places.half + (angle[:, None] + MARGIN_RAD))).T)
+        axes = axes @ np.array([one.grid.rotation for one in looks if one.grid is not None])
+    along = (axes * grid.middles[span, None]).sum(axis=-1) / places.distance
+    between = np.arccos(np.minimum(np.maximum(along, -1.0), 1.0))
+    surface, look = np.nonzero((seen & (between <= places.half + (grid.angles[span, None] + MARGIN_RAD))).T)
     index, counts = grid.near_local(axes[look, surface], places.half[look, surface], span[look])
     found = Pairs(surface, look, index, np.arange(len(look)).repeat(counts))
     if shift.any():
         index += shift[look].take(found.pair)
-    if (sizes < np.diff(grid.ends, prepend=0)[span]).any():
+    if (sizes < grid.sizes[span]).any():
         first = starts[look].take(found.pair)
         found = found.only(np.flatnonzero((index >= first) & (index < first + sizes[look].take(found.pair))))
     return found

@@ -41,9 +41,10 @@ def cast_world(app: App) -> CastWorld:
 
     def poses(snapshot: Any) -> np.ndarray:
         nonlocal latest
-        if snapshot is not None and latest is not None and latest[0] is snapshot:
-            return latest[1]  # many sensors of one tick ask
-        latest = snapshot, np.asarray(present_app(weak).fabric.rigid_matrices(bodies, snapshot))
+        fabric = present_app(weak).fabric
+        state = snapshot or fabric.capture()
+        if latest is None or latest[0] is not state:  # many sensors look at one state
+            latest = state, np.asarray(fabric.rigid_matrices(bodies, state))
         return latest[1]
 
     followers: dict[str, Following] = {}

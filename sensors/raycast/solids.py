@@ -34,7 +34,7 @@ class MovingSolids:
 
         poses: (p or 1, b, 4, 4) float64 [m] of the bodies, as each bundle sees them.
         """
-        origins = np.stack([look.origin for look in looks])[pairs.look]
+        origins = np.array([look.origin for look in looks])[pairs.look]
         moved = poses[pairs.look if len(poses) > 1 else 0, self.bodies[pairs.surface]]
         forms = self._forms.some(pairs.surface).seen_from(origins, moved)
         met = forms.meet(pairs.index, pairs.pair, rays.directions, None if rays.parts else rays.offsets)

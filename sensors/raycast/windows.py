@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from copy import copy
 
 import numpy as np
 
@@ -34,10 +33,12 @@ class RayGrid:
     """
 
     def __init__(self, local: np.ndarray, starts: Sequence[int] = (0,)) -> None:
-        self.ends = np.array([*starts[1:], len(local)])
-        """(s,), the end of each span."""
-        self.cones = [_cone(local[start:end]) for start, end in zip(starts, self.ends, strict=True)]
-        """Of each span: a unit vector (3,) float64, and the largest angle [rad] between it and the span's rays."""
+        ends = [*starts[1:], len(local)]
+        self.sizes = np.array(ends) - starts
+        """(s,), the number of rays in each span."""
+        cones = [_cone(local[start:end]) for start, end in zip(starts, ends, strict=True)]
+        self.middles, self.angles = np.array([axis for axis, _ in cones]), np.array([angle for _, angle in cones])
+        """(s, 3) float64 unit, and (s,), the largest angle [rad] between that and the rays of a span."""
         x, y, z = local.astype(np.float64).T
         elevation = np.arctan2(z, np.hypot(x, y))
         band = _bands(np.rad2deg(elevation))
@@ -51,23 +52,23 @@ class RayGrid:
         self._columns = columns = max(FULL_SPANS * COLUMNS // max(FULL_SPANS, len(starts)), 1)
         self._per_radian = columns / (2 * np.pi)
         rows = count * len(starts)
-        row = band + count * np.arange(len(starts)).repeat(np.diff(self.ends, prepend=0))
+        row = band + count * np.arange(len(starts)).repeat(self.sizes)
         column = np.clip(_cell(np.arctan2(y, x) * self._per_radian) + columns // 2, 0, columns - 1)
         order = np.lexsort((column, row))
-        ends = np.searchsorted(row[order], np.arange(rows + 1))
+        begins = np.searchsorted(row[order], np.arange(rows + 1))
         # Each row is stored twice, so that a window across the seam is one run as well.
-        self._index = order.take(runs(ends[:-1].repeat(2), np.diff(ends).repeat(2)))
+        self._index = order.take(runs(begins[:-1].repeat(2), np.diff(begins).repeat(2)))
         filled = np.bincount(row * columns + column, minlength=rows * columns).reshape(rows, columns)
         before = np.cumsum(np.concatenate([0 * filled[:, :1], filled, filled], 1), axis=1)
-        self._start = (2 * ends[:-1, None] + before).astype(np.int32).reshape(-1)
+        self._start = (2 * begins[:-1, None] + before).astype(np.int32).reshape(-1)
         self.rotation: np.ndarray = np.eye(3)
         self.count = len(local)
         """Number of directions."""
 
     def turned(self, rotation: np.ndarray) -> RayGrid:
         """The same directions in a frame that `rotation` (3, 3) turns to world axes; they share their data."""
-        found = copy(self)
-        found.rotation = rotation
+        found = RayGrid.__new__(RayGrid)
+        found.__dict__ = {**self.__dict__, "rotation": rotation}
         return found
 
     def near(self, axes: np.ndarray, half: np.ndarray, span: int = 0) -> tuple[np.ndarray, np.ndarray]:
@@ -86,7 +87,7 @@ class RayGrid:
         wide = half + MARGIN
         first = self._high.searchsorted(elevation - wide)
         bands = np.maximum(self._low.searchsorted(elevation + wide, side="right") - first, 0)
-        cones = np.stack([z / length, np.maximum(level / length, 1e-12), wide, azimuth * self._per_radian])
+        cones = np.array([z / length, np.maximum(level / length, 1e-12), wide, azimuth * self._per_radian])
         sine, cosine, wide, centre = cones.repeat(bands, axis=1)
         row = runs(first + span * self._count, bands)
         band = row - (span * self._count).repeat(bands)

@@ -30,7 +30,7 @@ world.
 
 def anchor_of(places: np.ndarray) -> np.ndarray:
     """The points of the grid, (..., 3) float64 [m], that are nearest to places."""
-    return np.asarray(np.round(places / GRID_M) * GRID_M)
+    return np.asarray(np.rint(places / GRID_M) * GRID_M)
 
 
 def bodies_of(geometry: Sequence[Mesh | Plane]) -> tuple[str, ...]:
@@ -130,7 +130,7 @@ class CastWorld:
             rays = replace(rays, reach=math.inf)
         states = poses if rays.spans else (poses,)
         looks = [
-            (nearest.some(rows), one, state, self.body_poses(state))
+            (nearest.some(rows) if rays.spans else nearest, one, state, self.body_poses(state))
             for (rows, one), state in zip(rays.by_state(), states, strict=True)
         ]
         for index, _ in self._planes:

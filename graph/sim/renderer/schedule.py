@@ -47,12 +47,16 @@ class Tick:
     @property
     def start(self) -> Fraction:
         """Begin of the interval [s]: (k - 1) / r, or the last output of a sensor that renders every update."""
-        return self._start if self._start is not None else (self.index - 1) / self.rate
+        if self._start is None:
+            self._start = (self.index - 1) / self.rate
+        return self._start
 
     @property
     def end(self) -> Fraction:
         """End of the interval [s]: k / r, or `time` for a sensor that renders every update."""
-        return self._end if self._end is not None else self.index / self.rate
+        if self._end is None:
+            self._end = self.index / self.rate
+        return self._end
 
     def __repr__(self) -> str:
         return f"Tick(index={self.index}, start={self.start}, end={self.end}, time={self.time})"
