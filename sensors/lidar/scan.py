@@ -29,6 +29,11 @@ MOST_SURFACES = 8
 STEP_M = 5e-4
 """How far behind a transparent surface a ray continues [m]."""
 
+STEADY_DIGITS = 9
+"""A sensor on a body at rest trembles by 1e-13 rad. Its rays are turned by a rotation rounded to so many digits, a
+hundredth of what float32 shows of a direction; so they stay the same, and what they met is kept.
+"""
+
 MOST_KEPT_BYTES = 64 << 20
 """Directions of sub-rays are computed once and kept, up to this size."""
 
@@ -243,7 +248,7 @@ class Scanner:
             part.turned_by = None
             part.memory.forget()
             return aim
-        rotation = shot.pose[:3, :3]
+        rotation = np.round(shot.pose[:3, :3], STEADY_DIGITS)
         key = rotation.tobytes() if exact else None
         if key is None or key != part.turned_by:
             # Each direction by itself, so that those of a slice have the bytes that they have in the whole.

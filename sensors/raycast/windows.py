@@ -34,7 +34,7 @@ class RayGrid:
 
     def __init__(self, local: np.ndarray, starts: Sequence[int] = (0,)) -> None:
         ends = [*starts[1:], len(local)]
-        self.sizes = np.array(ends) - starts
+        self.sizes = np.diff([*starts, len(local)])
         """(s,), the number of rays in each span."""
         cones = [_cone(local[start:end]) for start, end in zip(starts, ends, strict=True)]
         self.middles, self.angles = np.array([axis for axis, _ in cones]), np.array([angle for _, angle in cones])

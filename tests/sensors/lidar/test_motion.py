@@ -7,8 +7,14 @@ import pytest
 from pxr import UsdPhysics
 
 from graph.sim import App
+from graph.sim.geometry.collect import Mesh
 from sensors.lidar.config import EmitterState
+from sensors.lidar.pattern import firing_pattern
+from sensors.lidar.returns import Shot
+from sensors.lidar.scan import Scanner
 from sensors.motion.trajectory import Trajectory
+from sensors.raycast.triangles import TriangleScene
+from sensors.raycast.world import CastWorld
 from tests.support.lidar_worlds import add_box, add_lidar, frames_of, rotary, stare, weightless
 
 TIMES = np.linspace(0.0, 0.099, 40)
@@ -310,3 +316,19 @@ def test_a_trajectory_is_constant_outside_what_is_known_and_takes_half_turns():
     np.testing.assert_allclose(track.positions(np.array([-1.0, 0.25, 3.0]))[:, 0], [0.0, 0.5, 2.0])
     half = track.rotations(np.array([0.5]))[0]
     np.testing.assert_allclose(np.abs(half[:2, :2]), [[0, 1], [1, 0]], atol=1e-12)
+
+
+def test_a_lidar_whose_mount_trembles_is_cast_at_what_stands_still_twice_and_no_more(monkeypatch):
+    """A direction that turns by 1e-12 rad does not change: float32 is exact to 6e-8 near 1."""
+    cast, casts = TriangleScene.cast, []
+    monkeypatch.setattr(TriangleScene, "cast", lambda *args, **options: casts.append(1) or cast(*args, **options))
+    corners = np.array([[5.0, -9.0, -9.0], [5.0, 9.0, -9.0], [5.0, 0.0, 9.0]])
+    world = CastWorld([Mesh("/World/Wall", None, corners, np.array([[0, 1, 2]], np.uint32))])
+    scanner, ranges = Scanner(firing_pattern(stare(TIMES)), lambda: world), []
+    for angle in 0.3 + 1e-12 * np.arange(5.0):
+        pose = np.eye(4)
+        pose[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+        ranges.append(scanner.scan(Shot(slice(0, len(TIMES)), pose), frozenset({"distance"}))["distance"])
+
+    assert len(casts) == 2
+    np.testing.assert_allclose(ranges, 5.0 / np.cos(0.3), rtol=1e-6)
