@@ -13,7 +13,7 @@ from sensors.channels import CHANNELS
 
 from .box_annotators import BOX_ANNOTATORS
 from .camera_params import camera_params
-from .channels import FIRST, HDR, INSTANCE, LABELLED, RGB, SEMANTIC
+from .channels import CROSS, FIRST, HDR, INSTANCE, LABELLED, RGB, SEMANTIC
 from .label_filter import OPTIONS, kept_labels
 from .names import MODALITY
 from .stereo_depth import STEREO_ANNOTATORS
@@ -83,6 +83,12 @@ def _renumbered(
     for number, found in kept.items():
         table[number] = place[tuple(sorted(found.items()))] if found else 1
     return table[numbers], {0: labels[0], 1: labels[1]} | {number: dict(key) for key, number in place.items()}
+
+
+def _check_pair(reading: Reading) -> None:
+    from .correspondence import reference_of
+
+    reference_of(reading.app, reading.product.camera_path)
 
 
 def _instances(kind: str) -> Callable[[Reading], dict[str, Any]]:
@@ -185,6 +191,10 @@ ANNOTATORS = (
     _one("normals", "normals", 4),
     _segmentation(SEMANTIC, SEMANTIC),
     _one("motion_vectors", "motion_vectors", 4),
+    *(
+        AnnotatorType(name, _image(CROSS), lambda reading: (CROSS,), modality=MODALITY, check=_check_pair)
+        for name in (CROSS, "CrossCorrespondence")
+    ),
     *BOX_ANNOTATORS,
     *STEREO_ANNOTATORS,
     AnnotatorType(

@@ -12,6 +12,7 @@ INSTANCE = "instance_id_segmentation"
 LABELLED = "instance_segmentation"
 SEMANTIC = "semantic_segmentation"
 RGB, HDR = "rgb", "HdrColor"
+CROSS = "cross_correspondence"
 FIRST = 2
 """The number of the first entity of each: 0 is nothing, 1 what has no label."""
 
@@ -39,6 +40,7 @@ CHANNELS = (
     _image("normals", "<f4", "unit surface normal, world axes, facing the camera; 0 where nothing is", 3),
     _image("points", "<f4", "place in the world of what a pixel shows; not a number where it shows nothing", 3, "m"),
     _image("motion_vectors", "<f4", "place in the image one frame before, less the present one", 2, "px"),
+    _image(CROSS, "<f4", "offset to the place in a second camera's image [its sizes]; hidden or outside; tested", 4),
     _image(INSTANCE, "<u4", "number of the prim: 0 nothing, then from 2 on"),
     _image(LABELLED, "<u4", "number of the labelled prim: 0 nothing, 1 no label"),
     _image(SEMANTIC, "<u4", "number of the labels: 0 nothing, 1 no label"),

@@ -8,15 +8,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from graph.base.errors import UserError
 from graph.base.limits import check
 from graph.sim.renderer.schedule import Tick
 from graph.sim.settings import CAMERA_TONE, TONE_ACES
+from sensors.raycast.shadows import Shadows
 from sensors.raycast.shared import cast_world
 from sensors.runtime import Measurement, SensorRuntime
 
 from .boxes import boxes_of
-from .channels import AROUND, BOX, HDR, INSTANCE, LABELLED, LOOSE, RGB, SEMANTIC, TIGHT
+from .channels import AROUND, BOX, CROSS, HDR, INSTANCE, LABELLED, LOOSE, RGB, SEMANTIC, TIGHT
 from .config import CameraConfig, checked_size, legacy_lens, read_config
+from .correspondence import INVALID, Reference, correspondence, reference_of
 from .entities import PixelNumbers, entities_of
 from .line_exposure import LineExposure
 from .motion import Instant, motion_vectors
@@ -60,6 +63,7 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
     only_on_request = LIT
     group: TileGroup | None = None
     """The cameras with which it looks together."""
+    _between: tuple[CastWorld, frozenset[str], Shadows] | None = None
 
     def read(self, prim: Usd.Prim) -> CameraConfig:
         """The camera that the prim describes, at the product's size."""
@@ -227,6 +231,8 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
             found.append(("points", view.points()))
         if "motion_vectors" in wanted:
             found.append(("motion_vectors", self._motion(view, tick)))
+        if CROSS in wanted:
+            found.append((CROSS, self._correspondence(view, tick)))
         return found + [(name, self._numbered(view, name)) for name in NUMBERED if name in wanted]
 
     def _numbered(self, view: View, name: str) -> np.ndarray:
@@ -245,6 +251,18 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
             aces = self._app.settings.get(CAMERA_TONE) == TONE_ACES
             found.append((RGB, srgb(aces_curve(signal) if aces else signal)))
         return found
+
+    def _correspondence(self, view: View, tick: Tick) -> np.ndarray:
+        try:
+            other = reference_of(self._app, self.path)
+        except UserError as problem:
+            self._app.warn("no-second-camera", self.path, f"{problem}; its offsets are -1")
+            return np.full((len(view.depth), 4), INVALID, np.float32)
+        world, exclude = cast_world(self._app), self.exclude | other.exclude
+        if self._between is None or self._between[0] is not world or self._between[1] != exclude:
+            self._between = world, exclude, Shadows(world, exclude)
+        reference = Reference(other.config.lens, other.pose(tick.poses))
+        return correspondence(view, self.config.lens, reference, self._between[2], tick.poses)
 
     def _motion(self, view: View, tick: Tick) -> np.ndarray:
         world = cast_world(self._app)

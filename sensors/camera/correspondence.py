@@ -1,0 +1,106 @@
+"""Where in the picture of a second camera each pixel's place is: the annotator cross_correspondence."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from graph.base.errors import UserError
+from graph.sim.renderer.wrapper import unwrapped
+from graph.sim.scene.prim_paths import prim_at
+from sensors.raycast.shadows import Shadows
+
+from .lens import Floats, Lens, ParallelLens
+from .names import CROSS_CAMERA
+from .rays import TO_USD
+from .view import View
+
+if TYPE_CHECKING:
+    from graph.sim import App
+
+    from .runtime import CameraRuntime
+
+INVALID = -1.0
+"""All four numbers of a pixel without a ray, and the offsets where the second camera images nothing."""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """The second camera: its lens and its pose (4, 4) float64 [m], USD camera to world."""
+
+    lens: Lens
+    pose: np.ndarray
+
+    def project(self, points: Floats, directions: Floats) -> Floats:
+        """(2, n) u, v [px] of world points (n, 3) [m], and of directions (m, 3) after them."""
+        if isinstance(self.lens, ParallelLens):
+            directions = np.full_like(directions, np.nan)  # it images what is at a finite place only
+        local = (points - self.pose[:3, 3]) @ self.pose[:3, :3], directions @ self.pose[:3, :3]
+        return self.lens.project(TO_USD @ np.concatenate(local).T)
+
+    def eyes(self, points: Floats) -> Floats:
+        """(n, 3) [m] world, where the rays to points begin."""
+        if not isinstance(self.lens, ParallelLens):
+            return np.broadcast_to(self.pose[:3, 3], points.shape)
+        ahead = (points - self.pose[:3, 3]) @ self.pose[:3, 2]
+        return np.asarray(points - ahead[:, None] * self.pose[:3, 2])
+
+
+def reference_of(app: App, path: str) -> CameraRuntime:
+    """The camera with a render product that the camera at a path names in `crossCameraReferenceName`.
+
+    Of several cameras of that name it is the first by path. Raises UserError without a name and without such a camera.
+    """
+    name = str(prim_at(app.stage, path).GetAttribute(CROSS_CAMERA).Get() or "")
+    if not name:
+        raise UserError(f"{path}: set its attribute {CROSS_CAMERA} (string) to the name of the second camera")
+    found = {
+        product.camera_path: cast("CameraRuntime", unwrapped(product.sensor))
+        for product in app.rendering.products.values()
+        if product.camera_path.rpartition("/")[2] == name and product.camera_path != path
+    }
+    if not found:
+        raise UserError(f"{path}.{CROSS_CAMERA}: no camera named {name!r} has a render product; create one")
+    return found[min(found)]
+
+
+def correspondence(view: View, lens: Lens, reference: Reference, shadows: Shadows, state: Any) -> np.ndarray:
+    """(n, 4) float32 for each pixel: the offset to where the second camera shows its place, whether it is hidden or
+    outside there, and whether that was tested.
+
+    Offsets are place there less place here, in widths and heights of the images, +x to the right, +y down. What is
+    endlessly far is not tested, and has the offset of its direction.
+    """
+    out = np.zeros((len(view.depth), 4), np.float32)
+    there = np.isfinite(view.hits.distance)
+    hit, missed = np.flatnonzero(there), np.flatnonzero(~there)
+    points = view.rays.points(view.bundle, hit, view.hits.distance[hit])
+    order = np.concatenate([hit, missed])
+    seen = reference.project(points, view.bundle.directions[:, missed].T.astype(np.float64))
+    with np.errstate(invalid="ignore"):
+        inside = np.all((seen >= 0) & (seen <= [[reference.lens.width], [reference.lens.height]]), axis=0)
+    there_share = seen / [[reference.lens.width], [reference.lens.height]]
+    here_share = lens.centres()[:, order] / [[lens.width], [lens.height]]
+    offset = np.clip(there_share - here_share, -1.0, 1.0)
+    out[order, :2] = np.where(np.isfinite(offset).all(axis=0), offset, INVALID).T
+    out[order, 2] = ~inside
+    out[hit, 3] = 1
+    tested = np.flatnonzero(inside[: len(hit)])
+    if len(tested):
+        out[hit[tested], 2] = _hidden(view, hit[tested], points[tested], reference, shadows, state)
+    if view.rays.dark is not None:
+        out[view.rays.dark] = INVALID
+    return out
+
+
+def _hidden(
+    view: View, hit: np.ndarray, points: Floats, reference: Reference, shadows: Shadows, state: Any
+) -> np.ndarray:
+    """(k,) bool, whether anything is between points and the second camera; rays begin a little in front of them."""
+    distance = view.hits.distance[hit]
+    back = np.float32(2e-4) + np.float32(2e-6) * distance
+    starts = view.rays.offsets(view.bundle, hit, distance - back).T
+    ways = (reference.eyes(points) - view.bundle.origin).astype(np.float32) - starts
+    return shadows.blocked(view.bundle.origin, np.ascontiguousarray(starts), ways, state, far=False)
