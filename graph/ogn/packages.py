@@ -16,7 +16,7 @@ from graph.node.registry import Registry
 
 from .database import OgnDatabase
 from .reading import OgnNode, read_ogn
-from .stand_in import advice, importable
+from .stand_in import advice, importable, stage_of
 
 _LOG = logging.getLogger("tickgraph")
 MAX_BYTES = 1_000_000
@@ -93,7 +93,8 @@ def _node_type(node: OgnNode, name: str, implementation: Any) -> NodeType:
 
         def compute(db: Database) -> bool:
             try:
-                return implementation.compute(view) is not False
+                with stage_of(db.context.app):
+                    return implementation.compute(view) is not False
             except ImportError as error:
                 raise NodeError(f"{error}{advice(error)}") from error
             finally:

@@ -10,7 +10,7 @@ from typing import Any
 from graph.evaluate.script_permission import REFUSED
 from graph.node import Attribute, Database, node_type
 from graph.ogn.database import OgnDatabase, log_print
-from graph.ogn.stand_in import OG, importable
+from graph.ogn.stand_in import OG, advice, importable, stage_of
 
 MAX_BYTES = 1_000_000
 CALLBACKS = ("setup", "compute", "cleanup")
@@ -148,7 +148,7 @@ def _guarded(db: Database, call: Any) -> Any:
     from graph.node.database import NodeError
 
     try:
-        with importable():
+        with importable(), stage_of(db.context.app):
             return call()
     except NodeError:
         raise
@@ -157,4 +157,5 @@ def _guarded(db: Database, call: Any) -> Any:
         lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == label]
         line = error.lineno if isinstance(error, SyntaxError) else lines[-1] if lines else None
         text = error.msg if isinstance(error, SyntaxError) else str(error)
+        text += advice(error) if isinstance(error, ImportError) else ""
         raise NodeError(f"line {line} of its script: {type(error).__name__}: {text}") from error

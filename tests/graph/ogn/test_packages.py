@@ -160,14 +160,25 @@ def test_its_module_may_import_og_which_is_gone_afterwards(installed):
     assert not [name for name in sys.modules if name.partition(".")[0] == "omni"]
 
 
+def test_its_module_finds_the_stage_through_omni_usd(installed):
+    from graph.sim import App
+
+    body = "import omni.usd\ndef compute(db):\n    stage = omni.usd.get_context().get_stage()\n"
+    body += "    stage.GetPrimAtPath('/World').SetDocumentation('seen')\n"
+    with App() as app:
+        app.stage.DefinePrim("/World")
+        run_node(installed({"OgnPulse.ogn": PULSE, "OgnPulse.py": body}).get("Pulse"), app=app)
+        assert app.stage.GetPrimAtPath("/World").GetDocumentation() == "seen"
+
+
 @pytest.mark.parametrize(
     ("line", "message"),
     [
         (
-            "import omni.usd",
-            "No module named 'omni.usd'; of Kit's modules TickGraph has only omni.graph.core: ",
+            "import omni.timeline",
+            "No module named 'omni.timeline'; of Kit's modules TickGraph has only omni.graph.core and omni.usd: ",
         ),
-        ("import carb", "No module named 'carb'; of Kit's modules TickGraph has only omni.graph.core"),
+        ("import carb", "No module named 'carb'; of Kit's modules TickGraph has only omni.graph.core and omni.usd"),
         ("og.Bundle", "TickGraph has no omni.graph.core.Bundle; of that module it has ExecutionAttributeState, "),
     ],
 )
@@ -180,8 +191,11 @@ def test_what_of_kit_is_not_there_is_named(installed, line, message):
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("omni.graph.core", "No module named 'omni'; import omni.graph.core at the top of the module, not while"),
-        ("carb", "No module named 'carb'; of Kit's modules TickGraph has only omni.graph.core: do without it"),
+        ("omni.graph.core", "No module named 'omni'; import it at the top of the module, not while it computes"),
+        (
+            "carb",
+            "No module named 'carb'; of Kit's modules TickGraph has only omni.graph.core and omni.usd: do without",
+        ),
     ],
 )
 def test_what_its_compute_cannot_import_is_reported_with_what_to_do(installed, name, message):

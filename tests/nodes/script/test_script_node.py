@@ -61,6 +61,15 @@ def test_a_script_may_import_og():
     assert run_script(whole, pulses=(0, 1), updates=2, outputs=["n"]).values("n") == [1, 1]
 
 
+def test_a_script_finds_the_stage_through_omni_usd(stage, world):
+    script = (
+        "import omni.usd\ndef compute(db):\n    prim = omni.usd.get_context().get_stage().GetPrimAtPath('/World')\n"
+    )
+    script += "    db.outputs.type = str(prim.GetTypeName())\n"
+    stage.DefinePrim("/World", "Xform")
+    assert run_script(script, outputs=["type"], app=world()).value("type") == "Xform"
+
+
 def test_a_changed_script_is_cleaned_up_and_set_up_again():
     scripts = [
         "\n".join(f"def {name}(db): print('{name} {number}')" for name in ("setup", "compute", "cleanup"))
@@ -95,6 +104,11 @@ def test_a_changed_script_is_cleaned_up_and_set_up_again():
         ("def compute(db):\n    x = 1\n    return x / 0", "line 3 of its script: ZeroDivisionError: division by zero"),
         ("def compute(db)\n    pass", r"line 1 of its script: SyntaxError: expected ':'"),
         ("import no_such_module\ndef compute(db): pass", "line 1 of its script: ModuleNotFoundError"),
+        (
+            "def compute(db):\n    import carb",
+            "line 2 of its script: .* TickGraph has only omni.graph.core and omni.usd: ",
+        ),
+        ("import omni.usd\nomni.usd.get_url()", "line 2 .* has no omni.usd.get_url; of that module it has get_context"),
         (
             "def compute(db):\n    db.outputs.nothing = 1",
             'line 2 of its script: AttributeError: the node has no output "nothing"',
