@@ -11,6 +11,7 @@ from graph.base.errors import UserError
 from graph.base.limits import allowed, most
 
 from .antenna import Pattern
+from .aperture import HALF, Aperture
 from .cells import Cells
 from .chirps import LIGHT, Chirps
 from .names import attribute_name
@@ -34,8 +35,8 @@ class ScanConfig:
 
     Field names are the attributes `omni:sensor:WpmDmat:scan:<instance>:` in snake case, and so are their units; angles
     are half of the field of view. Defaults are the documented example's, less its velocity and angle noise of 0.
-    datacube_mode: that of the radar if empty. Antenna tables: gains [dB] over azimuth and elevation. Chirps count in
-    the mode WAVEFORM, in Hz and s; where one is 0 the other attributes decide.
+    datacube_mode: that of the radar if empty. Antenna tables: gains [dB] over azimuth and elevation. Chirps and arrays
+    count in the mode WAVEFORM, in Hz, s and wavelengths; where one is 0 the other attributes decide.
     """
 
     name: str = "s001"
@@ -94,6 +95,14 @@ class ScanConfig:
     fast_time_samples: int = 0
     fast_time_padding_samples: int = 0
     enable_range_aliasing: bool = False
+    array_azimuth_elements: int = 0
+    array_elevation_elements: int = 0
+    azimuth_element_spacing: float = 0.0
+    elevation_element_spacing: float = 0.0
+    azimuth_padding_samples: int = 0
+    elevation_padding_samples: int = 0
+    aperture_window_azimuth: str = ""
+    aperture_window_elevation: str = ""
 
     @property
     def wavelength(self) -> float:
@@ -131,6 +140,14 @@ class ScanConfig:
         names = (f"{side}_antenna_{each}" for each in ("az_deg", "el_deg", "co_gain"))
         return Pattern.of_table(*(getattr(self, name) for name in names))
 
+    def aperture(self, axis: str) -> Aperture | None:
+        """Its array along an axis, "azimuth" or "elevation"; None without elements or outside WAVEFORM."""
+        elements = getattr(self, f"array_{axis}_elements")
+        if not self.waveform or not elements:
+            return None
+        spacing, padding = getattr(self, f"{axis}_element_spacing"), getattr(self, f"{axis}_padding_samples")
+        return Aperture(elements, spacing or HALF, padding, getattr(self, f"aperture_window_{axis}"))
+
     @property
     def elevations(self) -> tuple[float, float]:
         """Lowest and highest elevation of the field of view [rad]."""
@@ -161,6 +178,8 @@ class ScanConfig:
 
     def azimuths(self) -> Cells:
         """Azimuth cells, equal in the sine of the azimuth."""
+        if array := self.aperture("azimuth"):
+            return array.cells
         limit = math.sin(self.azimuth_limit)
         count = self.az_bins
         if self.bins_from_spec:
@@ -172,6 +191,8 @@ class ScanConfig:
         low, high = map(math.sin, self.elevations)
         if self.elev_mode == "NO_EL":
             return Cells(low, high, 1)
+        if array := self.aperture("elevation"):
+            return array.cells
         count = self.el_bins
         if self.bins_from_spec:
             count = Cells.of_resolution(low, high, math.sin(math.radians(self.bore_el_res_deg))).count
@@ -211,6 +232,11 @@ class ScanConfig:
                 self.pattern(side)
             except ValueError as error:
                 yield f"{side}AntennaCoGain: {error}"
+        for axis in ("azimuth", "elevation"):
+            if array := self.aperture(axis):
+                yield from array.problems(axis)
+            elif self.waveform and getattr(self, f"{axis}_padding_samples"):
+                yield f"{axis}PaddingSamples needs array{axis.capitalize()}Elements"
         for name in ("bore_az_res_deg", "bore_el_res_deg"):
             if getattr(self, name) > 90:
                 yield f"{attribute_name(name)} = {getattr(self, name):g} is beyond 90 deg"

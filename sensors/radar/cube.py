@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .aperture import Aperture
 from .cells import Cells, folded
 from .config import ScanConfig
 from .grouping import Groups
@@ -24,7 +25,7 @@ class Grid:
     """The cells of one cycle of a scan: range [m], velocity [m/s] up to the unambiguous one, sines of the angles.
 
     wraps_angles, wraps_range: whether what lies beyond them comes in again on the other side. flat: whether no
-    elevation is measured. coupling, finer: those of chirps (`Chirps`).
+    elevation is measured. coupling, finer: those of chirps (`Chirps`). arrays: along azimuth and elevation.
     """
 
     range_m: Cells
@@ -36,6 +37,7 @@ class Grid:
     wraps_range: bool = False
     coupling: tuple[float, float] = (0.0, 0.0)
     finer: float = 1.0
+    arrays: tuple[Aperture | None, Aperture | None] = (None, None)
 
     @classmethod
     def of(cls, scan: ScanConfig, cycle: int) -> Grid:
@@ -45,8 +47,11 @@ class Grid:
         modes = scan.en_ang_aliasing, scan.elev_mode == "NO_EL"
         if not scan.waveform:
             return cls(*cells, *modes)
-        chirps = scan.chirps(limit)
-        return cls(*cells, *modes, scan.enable_range_aliasing, chirps.coupling, chirps.finer)
+        chirps, arrays = (
+            scan.chirps(limit),
+            (scan.aperture("azimuth"), None if modes[1] else scan.aperture("elevation")),
+        )
+        return cls(*cells, *modes, scan.enable_range_aliasing, chirps.coupling, chirps.finer, arrays)
 
     @property
     def shape(self) -> tuple[int, int, int, int]:
@@ -57,6 +62,21 @@ class Grid:
     def axes(self) -> tuple[Cells, Cells, Cells, Cells]:
         """Range, velocity, azimuth and elevation."""
         return self.range_m, self.velocity, self.azimuth, self.height
+
+    @property
+    def resolved(self) -> tuple[float, ...]:
+        """What it resolves along each axis, in the unit of that: a cell, but for cells that padding makes of one."""
+        finer = (self.finer, 1.0, *(each.finer if each else 1.0 for each in self.arrays))
+        return tuple(cells.width * more for cells, more in zip(self.axes, finer, strict=True))
+
+    @property
+    def ends(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Lowest and highest unambiguous sines of azimuth and elevation."""
+        azimuth, elevation = (
+            (-array.limit, array.limit) if array else (cells.low, cells.high)
+            for array, cells in zip(self.arrays, self.axes[2:], strict=True)
+        )
+        return azimuth, elevation
 
     def place(
         self, values: Sequence[np.ndarray], angle: np.ndarray | None = None
@@ -92,10 +112,13 @@ class Grid:
         """Numbers (k,) int64 of the angle cells of sines (k,), -1 outside the grid; and the sines, folded."""
         values, index = [azimuth, height], []
         inside = np.ones(len(azimuth), bool)
-        for axis, cells in enumerate((self.azimuth, self.height)):
+        for axis, (cells, (low, high)) in enumerate(zip(self.axes[2:], self.ends, strict=True)):
             if self.wraps_angles:
-                values[axis] = np.mod(values[axis] - cells.low, cells.high - cells.low) + cells.low
+                values[axis] = np.mod(values[axis] - low, high - low) + low
             at = cells.index(values[axis])
+            if self.arrays[axis]:
+                inside &= (values[axis] >= low) & (values[axis] < high)
+                at = at % cells.count  # the beams at both ends are one
             inside &= (at >= 0) & (at < cells.count)
             index.append(at)
         number = index[0] * self.height.count + index[1]
@@ -148,7 +171,7 @@ def summed(grid: Grid, found: Arrivals) -> Part:
     power = found.power
     if found.group is not None:
         brought = added if found.field is not None else gathered
-        power, values = brought(found, values, [cells.width for cells in grid.axes])
+        power, values = brought(found, values, grid.resolved)
         rows, cell, values = grid.place(values)
         return Part(cell, power[rows], np.stack(values), found.bounces)
     rows, cell, values = grid.place(values, found.angle)
@@ -198,6 +221,34 @@ def as_chirps_give(cube: Cube) -> Cube:
     cell = np.concatenate([part[0] for part in parts])
     power, row = (np.concatenate([part[place] for part in parts]) for place in (1, 2))
     return _gathered(grid, cell, power, cube.values[:, row], cube.bounces[row])
+
+
+def as_arrays_give(cube: Cube) -> Cube:
+    """The cube that the Fourier transforms over the elements of arrays give: returns spread over the beams of their
+    main lobe, in azimuth and elevation. Side lobes are left out; different returns add up as powers.
+    """
+    grid = cube.grid
+    for axis, array in zip((2, 3), grid.arrays, strict=True):
+        cells = grid.axes[axis]
+        if array is None or cells.count == 1 or not len(cube.cell):
+            continue
+        index = list(cube.index)
+        middle = index[axis]
+        offset = (cube.values[axis] - cells.centre(middle)) / cells.width
+        wide = math.ceil(array.reach * array.finer)
+        wide = min(wide, cells.count // 2)
+        numbers, powers = [], []
+        for step in range(-wide, min(wide, cells.count - 1 - wide) + 1):
+            index[axis] = (middle + step) % cells.count
+            away = (offset - step) / array.finer
+            away -= array.elements * np.rint(away / array.elements)
+            numbers.append(grid.number(index))
+            powers.append(cube.power * np.where(np.abs(away) < array.reach, array.response(away), 0.0))
+        row = np.tile(np.arange(len(cube.cell)), len(numbers))
+        cell, power = np.concatenate(numbers), np.concatenate(powers)
+        kept = np.flatnonzero(power > 0)
+        cube = _gathered(grid, cell[kept], power[kept], cube.values[:, row[kept]], cube.bounces[row[kept]])
+    return cube
 
 
 def _hann(away: np.ndarray) -> np.ndarray:

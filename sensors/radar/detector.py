@@ -10,7 +10,7 @@ import numpy as np
 from .antenna import Antenna
 from .cfar import Axis, detect, sparse_noise_level
 from .config import ScanConfig
-from .cube import Cube, Grid
+from .cube import Cube, Grid, as_arrays_give
 from .noise import Noise
 
 MOST_DETECTIONS = 2500
@@ -48,6 +48,9 @@ def detections(
     grid = cube.grid
     if scan.det_val_from_bin_idx:
         values = np.stack([axis.centre(at) for axis, at in zip(grid.axes, cells.index, strict=True)])
+        for axis in _beams(grid):  # an array's first beam looks to both ends
+            end = grid.ends[axis - 2][1]
+            values[axis] = np.where(np.abs(values[axis]) >= end, np.copysign(end, cells.values[axis]), values[axis])
     else:
         values = cells.values
     range_m, velocity = values[:2]
@@ -92,12 +95,13 @@ def _of_map(cube: Cube, scan: ScanConfig, noise: Noise, peaks: bool) -> Cube:
     axes = (Axis(scan.cfar_rn_t, scan.cfar_rn_g), Axis(scan.cfar_vn_t, scan.cfar_vn_g, wraps=True))
     found = detect(power, axes, factor=scan.cfar_offset, least=scan.cfar_min_val)
     if peaks:
-        found &= _is_peak(power)
+        found &= _is_peak(power, (0, False), (1, True))
+    cube = as_arrays_give(cube)
     pair = cube.cell // (shape[2] * shape[3])
     order = np.lexsort((-cube.power, pair))
     first = order[np.flatnonzero(np.diff(pair[order], prepend=-1))]
     at = tuple(axis[first] for axis in cube.index[:2])
-    cells = _whole(cube, first[found[at]])
+    cells = (_some if any(cube.grid.arrays) else _whole)(cube, first[found[at]])
     if added is None:
         return cells
     found[at] = False
@@ -144,9 +148,10 @@ def _of_cube(cube: Cube, scan: ScanConfig, noise: Noise, peaks: bool) -> Cube:
     axes = (
         Axis(scan.cfar_vn_t, scan.cfar_vn_g, wraps=True),
         Axis(scan.cfar_rn_t, scan.cfar_rn_g),
-        Axis(scan.cfar_azn_t, scan.cfar_azn_g, wraps=cube.grid.wraps_angles),
-        Axis(scan.cfar_eln_t, scan.cfar_eln_g),
+        Axis(scan.cfar_azn_t, scan.cfar_azn_g, wraps=cube.grid.wraps_angles or bool(cube.grid.arrays[0])),
+        Axis(scan.cfar_eln_t, scan.cfar_eln_g, wraps=bool(cube.grid.arrays[1])),
     )
+    cube = as_arrays_give(cube)
     ranges, velocities, *angles = cube.grid.shape
     shape = velocities, ranges, *angles
     dense = noise.power("cells", shape, scan.cfar_noise_mean, scan.cfar_noise_sdev)
@@ -159,7 +164,7 @@ def _of_cube(cube: Cube, scan: ScanConfig, noise: Noise, peaks: bool) -> Cube:
     dense.reshape(-1)[cube.cell] += cube.power
     found = detect(dense, axes, factor=scan.cfar_offset, least=scan.cfar_min_val)
     if peaks:
-        found &= _is_peak(dense, along=1, turning=0)
+        found &= _is_peak(dense, (1, False), (0, True), *((axis, True) for axis in _beams(cube.grid)))
     found = found.reshape(-1)
     cells = _some(cube, np.flatnonzero(found[cube.cell]))
     found[cube.cell] = False
@@ -167,29 +172,36 @@ def _of_cube(cube: Cube, scan: ScanConfig, noise: Noise, peaks: bool) -> Cube:
     return _with_alarms(cells, number, dense.reshape(-1)[number])
 
 
-def _is_peak(power: np.ndarray, along: int = 0, turning: int = 1) -> np.ndarray:
-    """Which cells have more power than those beside them in range and velocity, bool; velocities, `turning`, wrap."""
+def _is_peak(power: np.ndarray, *axes: tuple[int, bool]) -> np.ndarray:
+    """Which cells have more power than those beside them, bool; axes: (number, whether its ends meet)."""
     found = np.ones(power.shape, bool)
-    for axis in (along, turning):
+    for axis, wraps in axes:
         ahead, behind = np.roll(power, -1, axis=axis), np.roll(power, 1, axis=axis)
-        if axis == along:
+        if not wraps:
             np.moveaxis(ahead, axis, 0)[-1] = 0.0
             np.moveaxis(behind, axis, 0)[0] = 0.0
         found &= (power > ahead) & (power >= behind)
     return found
 
 
+def _beams(grid: Grid) -> list[int]:
+    """The axes of angles over which arrays spread what returns."""
+    return [axis for axis, array in ((2, grid.arrays[0]), (3, grid.arrays[1])) if array and grid.shape[axis] > 1]
+
+
 def _is_sparse_peak(cube: Cube, power: np.ndarray) -> np.ndarray:
-    """The same of the cells of a sparse cube, each among those of its angles."""
-    ranges, velocities, *_ = cube.grid.shape
-    at, speed, *angles = cube.index
+    """The same of the cells of a sparse cube, in range and velocity, and in the angles of arrays."""
+    shape = cube.grid.shape
+    index = cube.index
     found = np.ones(len(power), bool)
-    for step, turn in ((1, 0), (-1, 0), (0, 1), (0, -1)):
-        inside = (at + step >= 0) & (at + step < ranges)
-        number = cube.grid.number((np.clip(at + step, 0, ranges - 1), (speed + turn) % velocities, *angles))
+    for axis, step in itertools.product((0, 1, *_beams(cube.grid)), (1, -1)):
+        beside = list(index)
+        beside[axis] = (index[axis] + step) % shape[axis]
+        number = cube.grid.number(beside)
         place = np.minimum(np.searchsorted(cube.cell, number), max(len(power) - 1, 0))
-        beside = np.where(inside & (cube.cell[place] == number), power[place], 0.0) if len(power) else power
-        found &= power > beside if step + turn > 0 else power >= beside
+        inside = axis > 0 or ((index[0] + step >= 0) & (index[0] + step < shape[0]))
+        other = np.where(inside & (cube.cell[place] == number), power[place], 0.0) if len(power) else power
+        found &= power > other if step > 0 else power >= other
     return found
 
 
@@ -199,12 +211,13 @@ def _some(cube: Cube, rows: np.ndarray) -> Cube:
 
 def limits(grid: Grid) -> dict[str, float]:
     """The unambiguous limits of a cycle as GenericModelOutput names them: m, m/s, rad."""
+    azimuth, elevation = np.arcsin(np.clip(grid.ends, -1.0, 1.0)).tolist()
     return {
         "maxRangeM": grid.range_m.high,
         "minVelMps": grid.velocity.low,
         "maxVelMps": grid.velocity.high,
-        "minAzRad": float(np.arcsin(max(grid.azimuth.low, -1.0))),
-        "maxAzRad": float(np.arcsin(min(grid.azimuth.high, 1.0))),
-        "minElRad": float(np.arcsin(max(grid.height.low, -1.0))),
-        "maxElRad": float(np.arcsin(min(grid.height.high, 1.0))),
+        "minAzRad": azimuth[0],
+        "maxAzRad": azimuth[1],
+        "minElRad": elevation[0],
+        "maxElRad": elevation[1],
     }

@@ -16,18 +16,24 @@ def attribute_name(field: str) -> str:
     return first + "".join("SDev" if part == "sdev" else part.capitalize() for part in rest)
 
 
-CHIRPS = (
+WAVEFORM_ONLY = (
     *("carrierFrequency", "chirpBandwidth", "chirpDuration", "chirpRepetitionTime", "frequencyStepBetweenChirps"),
     *("fastTimeSamples", "fastTimePaddingSamples", "enableRangeAliasing"),
+    *("arrayAzimuthElements", "arrayElevationElements", "azimuthElementSpacing", "elevationElementSpacing"),
+    *("azimuthPaddingSamples", "elevationPaddingSamples", "apertureWindowAzimuth", "apertureWindowElevation"),
 )
 """Attributes of a scan configuration that only the mode WAVEFORM looks at."""
 
+ALSO_CALLED = {
+    "arrayAzimuthElements": "apertureArrayAzimuthElements",
+    "arrayElevationElements": "apertureArrayElevationElements",
+    "azimuthElementSpacing": "apertureAzimuthElementSpacing",
+    "elevationElementSpacing": "apertureElevationElementSpacing",
+}
+"""Attribute of a scan configuration -> what the schema calls it in some versions."""
+
 WITHOUT_EFFECT = (
-    *("azimuthPaddingSamples", "elevationPaddingSamples"),
     *("rxAntennaCrossGain", "txAntennaCrossGain", "exponentialDecayFactor"),
-    *("arrayAzimuthElements", "arrayElevationElements", "azimuthElementSpacing", "elevationElementSpacing"),
-    *("apertureArrayAzimuthElements", "apertureArrayElevationElements", "apertureAzimuthElementSpacing"),
-    *("apertureElevationElementSpacing", "apertureWindowAzimuth", "apertureWindowElevation"),
     *("debugForceDetection", "debugForceRange", "debugForceAz", "debugForceEl", "debugForceV"),
 )
 """Attributes of a scan configuration that prims may have and that are not modelled."""

@@ -11,7 +11,7 @@ from graph.base.errors import UserError
 from sensors.prim import value_of
 
 from .config import RadarConfig, ScanConfig
-from .names import CHIRPS, PREFIX, SCAN_PREFIX, WITHOUT_EFFECT, attribute_name
+from .names import ALSO_CALLED, PREFIX, SCAN_PREFIX, WAVEFORM_ONLY, WITHOUT_EFFECT, attribute_name
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -47,10 +47,22 @@ def _values(prim: Usd.Prim, kind: type[Any], prefix: str) -> dict[str, Any]:
     for one in dataclasses.fields(kind):
         if one.name in ("name", "scans", "without_effect"):
             continue
-        value = value_of(prim, prefix + attribute_name(one.name))
+        value = _named(prim, prefix, attribute_name(one.name))
         if value is not None:
             found[one.name] = _typed(one.default, value)
     return found
+
+
+def _named(prim: Usd.Prim, prefix: str, name: str) -> Any:
+    """The value of an attribute by either of its names; None if neither is there. Raises UserError if they differ."""
+    value, other = value_of(prim, prefix + name), None
+    if name in ALSO_CALLED:
+        other = value_of(prim, prefix + ALSO_CALLED[name])
+        if value and other and value != other:
+            raise UserError(
+                f"{prim.GetPath()}: {prefix}{name} is {value:g} and {ALSO_CALLED[name]} is {other:g}; give one of them"
+            )
+    return value or other if other is not None else value
 
 
 def _without_effect(prim: Usd.Prim, scans: list[str]) -> Iterator[str]:
@@ -61,7 +73,7 @@ def _without_effect(prim: Usd.Prim, scans: list[str]) -> Iterator[str]:
     for scan in scans:
         modes = (value_of(prim, f"{prefix}datacubeMode") for prefix in (f"{SCAN_PREFIX}{scan}:", PREFIX))
         chirps = next(filter(None, modes), "FAST") == "WAVEFORM"
-        for name in WITHOUT_EFFECT if chirps else (*CHIRPS, *WITHOUT_EFFECT):
+        for name in WITHOUT_EFFECT if chirps else (*WAVEFORM_ONLY, *ALSO_CALLED.values(), *WITHOUT_EFFECT):
             attribute = prim.GetAttribute(f"{SCAN_PREFIX}{scan}:{name}")
             neutral = 1.0 if name == "exponentialDecayFactor" else 0.0
             if attribute and attribute.HasAuthoredValue() and _says(attribute.Get(), neutral):

@@ -114,9 +114,9 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
             self._app.warn(
                 "radar-attribute-ignored",
                 self.path,
-                f"{', '.join(config.without_effect)}: not modelled, and without effect (chirps count only where "
-                "datacubeMode is WAVEFORM); cells follow from rangeResM, velResMps, boreAzResDeg, boreElResDeg and "
-                "maxVelMpsSequence",
+                f"{', '.join(config.without_effect)}: not modelled, and without effect (chirps and arrays count only "
+                "where datacubeMode is WAVEFORM); cells follow from rangeResM, velResMps, boreAzResDeg, boreElResDeg "
+                "and maxVelMpsSequence",
             )
         self._custom = custom_frame(config.output_frame_of_reference, config.custom_frame_of_reference_trafo)
         self._fans: dict[int, _Fan] = {}

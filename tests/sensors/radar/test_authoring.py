@@ -1,5 +1,7 @@
 """Radar and RadarSensor: created, wrapped, refused; the profile's two differences."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,8 @@ import sensors.replicator as rep
 from graph.sim import App
 from graph.sim import settings as keys
 from sensors import SUPPORTED_RADAR_CONFIGS, Radar, RadarSensor, parse_generic_model_output_data
+from sensors.radar.config import RadarConfig, ScanConfig
+from sensors.radar.names import attribute_name
 
 WPM = "omni:sensor:WpmDmat:"
 WALL = {"/World/Wall": {"type": "Cube", "size": 2.0, "translate": [11, 0, 0]}}
@@ -51,6 +55,19 @@ def test_names_of_attributes_bring_their_scan_configuration(app):
 def test_attributes_take_tuples_arrays_and_numbers_of_numpy(app, name, value, read):
     radar = Radar("/World/Radar", attributes={f"{WPM}{name}": value}, app=app)
     assert getattr(radar.config.scans[0], read[0]) == read[1]
+
+
+def test_the_schema_has_the_defaults_of_the_model(app):
+    """A new prim reads as RadarConfig() and ScanConfig() do, attribute by attribute, and none is without a value."""
+    radar = Radar("/World/Radar", app=app)
+    assert radar.config == RadarConfig(name="/World/Radar")
+    without = {"datacubeMode", "apertureWindowAzimuth", "apertureWindowElevation", "carrierFrequency"}
+    for one in dataclasses.fields(ScanConfig)[1:]:
+        value = radar.prim.GetAttribute(f"{WPM}scan:s001:{attribute_name(one.name)}").Get()
+        if isinstance(one.default, tuple):
+            assert value is None or tuple(value) == one.default
+        elif one.default and attribute_name(one.name) not in without:
+            assert value == pytest.approx(one.default), one.name
 
 
 @pytest.mark.parametrize("name", ["IWRL6432AOP", *SUPPORTED_RADAR_CONFIGS])
