@@ -130,9 +130,9 @@ class World:
         from .live.live_stage import LiveStage
         from .physics import build_physics
         from .scene.stage import StageState, scene_name
-        from .scene.stage_faults import repair_transforms
+        from .scene.stage_faults import repair_turns
 
-        repair_transforms(self.stage, self.warn)
+        repair_turns(self.stage, self.warn)
         self._geometry = None
         if self.fabric.enabled != self.fidelity.fabric:
             old, self.fabric = self.fabric, self._new_fabric()

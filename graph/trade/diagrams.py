@@ -92,15 +92,14 @@ def _diagram(axis: Any, outcome: Outcome, metric: str) -> None:
     drawn = [error for _, _, error in points if 0 < error < math.inf]
     bound = outcome.study.budget.get(metric)
     allowed = None if bound is None else about.error(bound)
-    moved = outcome.moved.get(metric)
-    doubt = 0.0 if moved is None else about.error(moved)
+    doubt = outcome.doubt(metric)
     scale = [*drawn, *([allowed] if allowed else []), *([doubt] if doubt > 0 else [])]
     floor = min(scale, default=1.0) / 4
     axis.set_xscale("log")
     axis.set_yscale("log")
     axis.grid(which="major", color="0.9", linewidth=0.6)
     axis.set_axisbelow(True)
-    if doubt > 0 and outcome.refined:
+    if doubt > 0:
         axis.axhspan(floor / 2, doubt, color="0.93", label="less than the reference moves when refined")
     if allowed:
         axis.axhline(allowed, color="tab:red", linestyle="--", linewidth=1, label="budget")

@@ -21,7 +21,7 @@ def summary(outcome: Outcome) -> list[str]:
     elif not outcome.refined:
         lines.append(f"the reference is unchecked: it does not run at {text_of(study.refined)}")
     else:
-        lines.append(f"checked with: {text_of(study.refined)}")
+        lines.append(f"checked with: {text_of(study.refined)} (its error is twice the difference, at first order)")
     lines.append(f"errors count up to {horizon.time:.4g} s{f'; {horizon.why}' if horizon.why else ', the whole run'}")
     if outcome.timed < study.duration:
         lines.append(

@@ -173,9 +173,9 @@ class LiveStage:
         """
         from graph.sim.physics import build_physics
         from graph.sim.physics.rebuild import rebuild
-        from graph.sim.scene.stage_faults import repair_transforms
+        from graph.sim.scene.stage_faults import repair_turns
 
-        repair_transforms(self._world.stage, self._world.warn)
+        repair_turns(self._world.stage, self._world.warn)
         world, fabric, paths = self._world, self._fabric, tuple(touched)
         physics = world.physics
         gone: Any = None

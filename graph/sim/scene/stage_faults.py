@@ -147,11 +147,21 @@ UNIT = 1e-3
 """How far the length of a quaternion may be from 1: half precision rounds it by up to 1e-3."""
 
 
+def repair_turns(stage: Any, warn: Warn) -> None:
+    """Normalises the quaternions `xformOp:orient` of a stage that may have changed since it was opened."""
+    for prim in stage.TraverseAll():
+        if attribute := prim.GetAttribute(ORIENT):
+            make_unit(attribute, warn)
+
+
 def make_unit(attribute: Any, warn: Warn) -> None:
     """Normalises the value of an orient op; one without direction becomes no turn. Time samples stay as they are."""
-    op, value = attribute.GetName(), attribute.Get()
-    if attribute.GetNumTimeSamples() or not isinstance(value, (Gf.Quatd, Gf.Quatf, Gf.Quath)):
+    value = attribute.Get()
+    if not isinstance(value, (Gf.Quatd, Gf.Quatf, Gf.Quath)):
         return
+    if abs(value.GetLength() - 1) <= UNIT or attribute.GetNumTimeSamples():
+        return
+    op = attribute.GetName()
     parts = np.array([value.GetReal(), *value.GetImaginary()], np.float64)
     length = float(np.linalg.norm(parts))
     if abs(length - 1) <= UNIT:
