@@ -133,11 +133,13 @@ def prim_types_of(modality: str) -> tuple[str, ...]:
 
 def sensor_problems(stage: Usd.Stage) -> Iterable[tuple[str, str]]:
     """(prim path, message) for each mistake in the sensors of a stage."""
+    from graph.sim.scene.value_types import type_problems
     from graph.sim.usd import Usd
 
     for prim in stage.Traverse(Usd.TraverseInstanceProxies()):
         if kind := sensor_type(str(prim.GetTypeName())):
-            yield from ((str(prim.GetPath()), message) for message in kind.check(prim))
+            messages = list(type_problems(prim)) or kind.check(prim)
+            yield from ((str(prim.GetPath()), message) for message in messages)
 
 
 def _load() -> None:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-OWN_WORDS = ("node-warning", "node-error", "attribute-renamed", "attribute-removed")
-"""Codes whose warnings carry the text of a node's author or name an attribute: the code alone does not tell them apart.
+OWN_WORDS = ("node-warning", "node-error", "attribute-renamed", "attribute-removed", "usd-composition")
+"""Codes whose warnings carry the text of a node's author or of USD, or name an attribute: the code alone does not tell
+them apart.
 """
 
 MOST = 10

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pxr import Usd
 
+    from graph.evaluate import Node
     from graph.sim import App
     from graph.sim.renderer.products import RenderProduct
     from graph.sim.renderer.schedule import Tick
@@ -39,9 +40,15 @@ def sensors_of(app: App, seen: Observed, steps: Sequence[Step]) -> list[dict[str
         products = [product for product in seen.products.values() if product.camera_path == path]
         rendered += [{**_prim(app, prim), **_rendered(app, product, seen, steps)} for product in products]
         if not products:
-            makers = [node.path for node in seen.unmade if path in node.get("cameraPrim")]
+            makers = [node.path for node in seen.unmade if path in _targets(node)]
             others.append({**_prim(app, prim), "product": None, "made_by": makers})
     return rendered + others
+
+
+def _targets(node: Node) -> set[str]:
+    """The prims that a node's inputs name."""
+    names = [name for name, attribute in node.type.inputs.items() if attribute.type == "target"]
+    return {path for name in names for path in node.get(name) or ()}
 
 
 def planned_ticks(

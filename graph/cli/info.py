@@ -73,9 +73,13 @@ def due(recording: RunReader, topic: str, found: Regularity) -> int | None:
 
 
 def _reported(recording: RunReader, topic: str) -> Mapping[str, Any]:
-    topics = recording.report.get("topics") if recording.report else None
-    found = topics.get(topic) if isinstance(topics, dict) else None
-    return found if isinstance(found, dict) else {}
+    return _reported_topics(recording).get(topic, {})
+
+
+def _reported_topics(recording: RunReader) -> Mapping[str, Mapping[str, Any]]:
+    """The topics of the report, by name; a report may hold anything."""
+    topics = (recording.report or {}).get("topics")
+    return {name: one for name, one in topics.items() if isinstance(one, dict)} if isinstance(topics, dict) else {}
 
 
 def _lines(recording: RunReader, found: Mapping[str, Regularity]) -> Iterator[str]:
@@ -87,8 +91,8 @@ def _lines(recording: RunReader, found: Mapping[str, Regularity]) -> Iterator[st
     for name, one in found.items():
         type_name = recording.recorded[name].type_name
         yield f"{name}: {said_of(recording, name, one)} ({type_name}, {one.size / 1e6:,.3f} MB)"
-    for name, topic in (recording.report or {}).get("topics", {}).items():
-        if name not in found and isinstance(topic, dict):
+    for name, topic in _reported_topics(recording).items():
+        if name not in found:
             sent = topic.get("messages")
             said = (
                 f"not recorded, {sent:,} messages were published" if isinstance(sent, int) and sent else "no messages"

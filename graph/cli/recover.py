@@ -97,5 +97,5 @@ def _said(left: Finished) -> str:
     if left.dropped:
         parts.append(f"{left.dropped} whole chunks at its end made room for the index")
     if left.damaged:
-        parts.append(f"{left.damaged} damaged chunks are left out of the index")
+        parts.append(f"{left.damaged} damaged records are left out of the index")
     return "; ".join(parts)

@@ -24,7 +24,7 @@ _PLY_TYPES = {
     "i4": "int", "u4": "uint", "f4": "float", "f8": "double",
 }  # fmt: skip
 _LAS_PLAIN = {"x", "y", "z"}
-_LAS_STEPS = (1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
+_LAS_STEPS = [10.0**exponent for exponent in range(-5, 309)]
 """Sizes of a step of LAS coordinates [m]: the finest is used with which the scan fits into 32 bits."""
 
 
@@ -80,7 +80,7 @@ def write_las(path: Path, scan: Scan, points: Points) -> None:
     header.global_encoding.wkt = True  # as LAS 1.4 wants for point formats 6 to 10
     low = np.floor(places.min(axis=1)) if len(points) else np.zeros(3)
     extent = float((places - low[:, None]).max()) if len(points) else 0.0
-    step = next((one for one in _LAS_STEPS if extent < one * (2**31 - 1)), _LAS_STEPS[-1])
+    step = next(one for one in _LAS_STEPS if extent < one * (2**31 - 1))
     header.offsets, header.scales = low, np.full(3, step)
     extra = [(name, form) for name, form in _columns(points) if name not in _LAS_PLAIN]
     taken = {name.lower() for name in header.point_format.dimension_names}

@@ -88,13 +88,16 @@ class World:
         """The geometry for rays (`graph.sim.geometry.collect.collect_geometry`), collected once per play."""
         if self._geometry is None:
             from .geometry.collect import collect_geometry
+            from .scene.diagnostics import quiet
             from .scene.scan import scan_stage
+            from .scene.stage import scene_name
 
-            scan = scan_stage(self.stage, self.fabric.promoted)
             fine, exact = self.fidelity.mesh_subdivision == "refined", self.fidelity.mesh_solids == "exact"
-            self._geometry = collect_geometry(
-                self.stage, self.fidelity.mesh_tolerance, self.warn, scan, refine=fine, exact=exact
-            )
+            with quiet(self.warn, scene_name(self.stage)):
+                scan = scan_stage(self.stage, self.fabric.promoted)
+                self._geometry = collect_geometry(
+                    self.stage, self.fidelity.mesh_tolerance, self.warn, scan, refine=fine, exact=exact
+                )
         return self._geometry
 
     def forget_geometry(self) -> None:

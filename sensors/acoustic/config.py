@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 SAMPLES = 320
 """Samples of a signal way, as observed of the original: 32.8 ms and 5.6 m with the default sampleDuration."""
 
+MOST_SECONDS = 1.0
+"""The longest pulse and sample; a signal way of such samples lasts minutes."""
+
 MOST_WAYS = 255
 """Mounts, and signal ways of a frame."""
 
@@ -107,9 +110,9 @@ def read_config(prim: Usd.Prim) -> AcousticConfig:
         spans,
         counts,
         _number(prim, "centerFrequency"),
-        _number(prim, "pulseDuration"),
+        _number(prim, "pulseDuration", most=MOST_SECONDS),
         _number(prim, "pulsePower"),
-        _number(prim, "sampleDuration"),
+        _number(prim, "sampleDuration", most=MOST_SECONDS),
         _number(prim, "membraneDiameter", least=0),
         (noise[0], max(noise)),
     )

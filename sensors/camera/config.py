@@ -70,16 +70,22 @@ def legacy_lens(prim: Usd.Prim) -> list[str]:
 
 
 def read_config(
-    prim: Usd.Prim, size: tuple[int, int], meters_per_unit: float, folders: Iterable[Path] | None = None
+    prim: Usd.Prim,
+    size: tuple[int, int],
+    meters_per_unit: float,
+    folders: Iterable[Path] | None = None,
+    *,
+    tables: bool = True,
 ) -> CameraConfig:
     """The camera that a prim describes, for images of width x height.
 
     Pixels are square, so that the aperture's height follows from its width and the image; a lens schema of OpenCV has
-    focal lengths of its own. folders: from which its files may be read; None: from any. Raises UserError, naming prim
-    and attribute, for what no camera has.
+    focal lengths of its own. folders: from which its files may be read; None: from any. Without `tables` those of its
+    lens are named and not read, and the lens is a pinhole. Raises UserError, naming prim and attribute, for what no
+    camera has.
     """
     try:
-        return _read(prim, size, meters_per_unit, ImageFiles(folders))
+        return _read(prim, size, meters_per_unit, ImageFiles(folders) if tables else None)
     except (TypeError, ValueError, OverflowError) as error:
         if isinstance(error, UserError):
             raise
@@ -88,7 +94,7 @@ def read_config(
         ) from error
 
 
-def _read(prim: Usd.Prim, size: tuple[int, int], meters_per_unit: float, files: ImageFiles) -> CameraConfig:
+def _read(prim: Usd.Prim, size: tuple[int, int], meters_per_unit: float, files: ImageFiles | None) -> CameraConfig:
     attributes = _Attributes(prim)
     focal, apertures = attributes.positive("focalLength"), _pair(attributes, "Aperture", positive=True)
     offsets = _pair(attributes, "ApertureOffset")
@@ -116,7 +122,7 @@ def _lens(
     size: tuple[int, int],
     film: tuple[float, float, tuple[float, float]],
     unit: float,
-    files: ImageFiles,
+    files: ImageFiles | None,
 ) -> Lens:
     width, height = size
     focal, aperture, (right, up) = film

@@ -60,10 +60,10 @@ def lens_values(prim: Usd.Prim, model: str) -> dict[str, Any]:
     return found
 
 
-def distorting_lens(prim: Usd.Prim, size: tuple[int, int], files: ImageFiles) -> Lens | None:
+def distorting_lens(prim: Usd.Prim, size: tuple[int, int], files: ImageFiles | None) -> Lens | None:
     """The lens of a prim's lens schema, scaled to an image of width x height; None for a prim without one.
 
-    files: reads its tables.
+    files: reads its tables; without it a lens of tables is only checked, and None.
 
     Raises UserError for models that are not known here, and for numbers that no lens has.
     """
@@ -71,9 +71,10 @@ def distorting_lens(prim: Usd.Prim, size: tuple[int, int], files: ImageFiles) ->
     if model in ("", "pinhole"):
         return None
     if model == "lut":
-        from .lut_lens import read_lut_lens
+        from .lut_lens import check_tables, read_lut_lens
 
-        return read_lut_lens(prim, size, files)
+        check_tables(prim, None if files is None else size)
+        return None if files is None else read_lut_lens(prim, size, files)
     if model not in MODELS:
         raise UserError(f"{prim.GetPath()}.{LENS_MODEL} is {model!r}; there are {', '.join(MODELS)}, lut")
     values = lens_values(prim, model)

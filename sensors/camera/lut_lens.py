@@ -59,19 +59,27 @@ class LutLens(Lens):
         return np.where(inside, np.stack([u * self.width, v * self.height]), np.nan)
 
 
+def check_tables(prim: Any, size: tuple[int, int] | None) -> None:
+    """Raises UserError for a prim that names no table of directions, or a centre of its own; size: if it is known."""
+    where = f"{prim.GetPath()}.{ENTER}"
+    if not prim.HasAttribute(ENTER):
+        raise UserError(f"{where} is missing; apply OmniLensDistortionLutAPI and name the table")
+    if not str(getattr(_value(prim, ENTER), "path", "")):
+        raise UserError(f"{where} names no file; give it the OpenEXR file of directions")
+    nominal = [
+        _number(prim, f"nominal{side}", default)
+        for side, default in zip(("Width", "Height"), size or (np.nan, np.nan), strict=True)
+    ]
+    centre = _value(prim, f"{LENS}lut:opticalCenter")
+    if centre is not None and not np.isnan(nominal).any() and not np.allclose(centre, np.array(nominal) / 2, atol=1e-3):
+        raise UserError(f"{prim.GetPath()}.{LENS}lut:opticalCenter: tables hold the centre; give half the nominal size")
+
+
 def read_lut_lens(prim: Any, size: tuple[int, int], files: ImageFiles) -> LutLens:
-    """The lens of a prim with look-up tables, for an image of `size`.
+    """The lens of a prim with look-up tables, for an image of `size`, as `check_tables` lets it pass.
 
     Raises UserError for tables that are missing, are not allowed or hold no directions, and without OpenEXR.
     """
-    nominal = [
-        _number(prim, f"nominal{side}", default) for side, default in zip(("Width", "Height"), size, strict=True)
-    ]
-    centre = _value(prim, f"{LENS}lut:opticalCenter") or [each / 2 for each in nominal]
-    if not np.allclose(centre, np.array(nominal) / 2, atol=1e-3):
-        raise UserError(f"{prim.GetPath()}.{LENS}lut:opticalCenter: tables hold the centre; give half the nominal size")
-    if not prim.HasAttribute(ENTER):
-        raise UserError(f"{prim.GetPath()}.{ENTER} is missing; apply OmniLensDistortionLutAPI and name the table")
     directions, data = read_directions(prim, ENTER, files)
     places = None
     if str(getattr(_value(prim, EXIT), "path", "")):

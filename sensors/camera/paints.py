@@ -177,7 +177,9 @@ class Painter:
 
 def _constant(primvar: Any, width: int) -> np.ndarray | None:
     value = primvar.ComputeFlattened()
-    found = numbers_of(value, width) or (numbers_of(value[:1], width) if value is not None and len(value) else None)
+    found = numbers_of(value, width)
+    if found is None and hasattr(value, "__getitem__"):  # an array: its first element
+        found = numbers_of(value[:1], width)
     return None if found is None else np.full((1, 3, width), found, np.float32)
 
 

@@ -32,11 +32,10 @@ def _runtime(app: App, prim_path: str, resolution: tuple[int, int]) -> CameraRun
 
 def _check(prim: Usd.Prim) -> Iterator[str]:
     from .config import read_config
-    from .lens_models import lens_model
 
     def read(prim: Usd.Prim) -> object:
-        """Not lenses of tables: which files may be read is known when the sensor is made."""
-        return None if lens_model(prim) == "lut" else read_config(prim, ANY_SIZE, 1.0)
+        """Without its tables: which files may be read is known when the sensor is made."""
+        return read_config(prim, ANY_SIZE, 1.0, tables=False)
 
     return reading_problems(prim, read, read_tick_rate)
 

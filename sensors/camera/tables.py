@@ -13,6 +13,7 @@ import numpy as np
 
 from graph.base.errors import UserError
 from graph.base.limits import check
+from graph.base.silence import silenced
 
 from .image_files import ImageFiles, ImageProblem
 from .lens import Floats
@@ -71,12 +72,13 @@ def read_table(prim: Any, name: str, files: ImageFiles) -> tuple[Floats, str]:
 
 def _read(library: Any, file: Path, where: str) -> tuple[Floats, str]:
     try:
-        with library.File(str(file), header_only=True) as image:
-            low, high = image.header()["dataWindow"]
-        width, height = (int(side) + 1 for side in np.subtract(high, low))
-        check("camera.texels", width * height, f"{where}: {width:,} x {height:,} pixels")
-        with library.File(str(file), separate_channels=True) as image:
-            planes = {name: channel.pixels for name, channel in image.channels().items()}
+        with silenced():  # it prints what is wrong with a damaged file
+            with library.File(str(file), header_only=True) as image:
+                low, high = image.header()["dataWindow"]
+            width, height = (int(side) + 1 for side in np.subtract(high, low))
+            check("camera.texels", width * height, f"{where}: {width:,} x {height:,} pixels")
+            with library.File(str(file), separate_channels=True) as image:
+                planes = {name: channel.pixels for name, channel in image.channels().items()}
     except UserError:
         raise
     except Exception as error:  # the library raises several kinds for damaged files

@@ -174,14 +174,17 @@ class ManagedSimulation:
     def build(self) -> None:
         """Builds the world and binds sensors to it; playing calls it."""
         from graph.sim.live.animation import animate
+        from graph.sim.scene.diagnostics import quiet
+        from graph.sim.scene.stage import scene_name
 
         self._take_authored_rate()
-        self._world.build()
-        self._set_up_scheduler()
-        self._scheduler.capture_state = self._world.fabric.capture
-        self._scheduler.begin_play()
-        self._animation = animate(self._world, self._timeline, self.steps, self._phases)
-        self.setup.begin()
+        with quiet(self._world.warn, scene_name(self._world.stage)):
+            self._world.build()
+            self._set_up_scheduler()
+            self._scheduler.capture_state = self._world.fabric.capture
+            self._scheduler.begin_play()
+            self._animation = animate(self._world, self._timeline, self.steps, self._phases)
+            self.setup.begin()
 
     def free(self) -> None:
         """Frees what `build` has built and restores the stage; stopping calls it."""

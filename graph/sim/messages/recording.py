@@ -121,7 +121,8 @@ class McapSink:
             pending, self._pending, self._pending_bytes = self._pending, [], 0
             for message, log_ns, data in pending:
                 channel = self._channel(writer, message)
-                writer.add_message(channel, log_ns, data, message.stamp_ns, message.sequence & 0xFFFFFFFF)
+                stamp_ns = max(message.stamp_ns, 0)  # MCAP's times are unsigned; a header keeps one before 0
+                writer.add_message(channel, log_ns, data, stamp_ns, message.sequence & 0xFFFFFFFF)
             writer.flush()  # type: ignore[no-untyped-call]
 
     def close(self) -> None:

@@ -47,8 +47,8 @@ class Finished:
     """What finishing did to a file.
 
     whole: it was finished already, and is unchanged. dropped: chunks removed to make space. cut: bytes of an incomplete
-    record that were cut off. damaged: chunks that cannot be read; they stay in the file, outside the index. end_ns: the
-    log time of the last message.
+    record that were cut off. damaged: chunks and other records that cannot be read; they stay in the file, outside the
+    index. end_ns: the log time of the last message.
     """
 
     messages: int
@@ -162,17 +162,26 @@ def _read(file: BinaryIO, path: Path) -> _Content:
                 content.damaged += 1
             else:
                 content.chunks.append(chunk)
-        elif opcode == Opcode.MESSAGE_INDEX and content.chunks:
-            _note_index(file, content.chunks[-1].index, begin, end)
-        elif opcode == Opcode.METADATA:
-            found = Metadata.read(_body(file, begin, end))
-            content.metadata.append(MetadataIndex(offset=begin, length=end - begin, name=found.name))
-        elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-            kind = Schema if opcode == Opcode.SCHEMA else Channel
-            content.declared.append(kind.read(_body(file, begin, end)))
+        else:
+            try:
+                _note(file, content, opcode, begin, end)
+            except Exception:  # as for chunks
+                content.damaged += 1
         if not content.chunks:
             content.start = end
     return content
+
+
+def _note(file: BinaryIO, content: _Content, opcode: int, begin: int, end: int) -> None:
+    """Notes a record other than a chunk. Raises anything if it is damaged."""
+    if opcode == Opcode.MESSAGE_INDEX and content.chunks:
+        _note_index(file, content.chunks[-1].index, begin, end)
+    elif opcode == Opcode.METADATA:
+        found = Metadata.read(_body(file, begin, end))
+        content.metadata.append(MetadataIndex(offset=begin, length=end - begin, name=found.name))
+    elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+        kind = Schema if opcode == Opcode.SCHEMA else Channel
+        content.declared.append(kind.read(_body(file, begin, end)))
 
 
 def _records(file: BinaryIO, size: int) -> Iterator[tuple[int, int, int]]:

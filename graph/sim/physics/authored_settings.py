@@ -12,6 +12,7 @@ from graph.base.errors import Problem, UserError
 from graph.base.suggest import closest
 from graph.sim.scene.scan import SOFT
 from graph.sim.scene.stage import Warn
+from graph.sim.scene.value_types import fits
 from graph.sim.usd import EARLIEST, Sdf, Tf, Usd, UsdPhysics
 
 from .attributes import applied_schemas
@@ -234,7 +235,7 @@ def _type_problem(prim: Any, name: str, known: str) -> str:
         return ""
     if wanted != "rel":
         value = prim.GetAttribute(name).Get(EARLIEST) if prim.GetAttribute(name).HasAuthoredValue() else None
-        if value is not None and _fits(value, wanted):  # specs take far longer to ask
+        if value is not None and fits(value, wanted):  # specs take far longer to ask
             return ""
     where = f"{prim.GetPath()}.{name}"
     for spec in prim.GetProperty(name).GetPropertyStack(EARLIEST):
@@ -243,28 +244,9 @@ def _type_problem(prim: Any, name: str, known: str) -> str:
             return f"{where} is an attribute; it must be a relationship: `rel {name} = </Path/Of/Prim>`"
         if wanted != "rel" and is_relationship:
             return f"{where} is a relationship; it must be an attribute: `{wanted} {name} = ...`"
-        if wanted != "rel" and spec.HasDefaultValue() and not _fits(spec.default, wanted):
+        if wanted != "rel" and spec.HasDefaultValue() and not fits(spec.default, wanted):
             return f"{where} is a {spec.typeName}; it must be a {wanted}"
     return ""
-
-
-def _fits(value: Any, wanted: Any) -> bool:
-    """Whether a value can be read as a value of a USD type: of the same type, or another kind of number."""
-    example = wanted.defaultValue
-    if isinstance(value, Sdf.ValueBlock) or type(value) is type(example):
-        return True
-    numbers = (bool, int, float)
-    if isinstance(example, numbers):
-        return isinstance(value, numbers)
-    if isinstance(example, str):
-        return isinstance(value, str)
-    return hasattr(value, "__len__") == hasattr(example, "__len__") and _same_shape(value, example)
-
-
-def _same_shape(value: Any, example: Any) -> bool:
-    if hasattr(example, "GetImaginary"):
-        return hasattr(value, "GetImaginary")
-    return hasattr(value, "__len__") and len(value) == len(example) and isinstance(value[0], (int, float))
 
 
 def _listed(names: list[str]) -> str:

@@ -135,7 +135,7 @@ def repair_transforms(stage: Any, warn: Warn) -> None:
         bad = [op for op in order if not _known(prim, op)]
         if bad:
             prim.GetAttribute("xformOpOrder").Set([op for op in order if op not in bad])
-            left_out = ", ".join(dict.fromkeys(map(str, bad)))
+            left_out = ", ".join(dict.fromkeys(_described(prim, op) for op in bad))
             warn("bad-transform-op", str(prim.GetPath()), f"its transform names {left_out}; that is left out")
         for op in dict.fromkeys(order):
             if op.startswith(ORIENT) and op not in bad:
@@ -176,9 +176,21 @@ def make_unit(attribute: Any, warn: Warn) -> None:
     warn("orient-not-unit", str(attribute.GetPrimPath()), text)
 
 
-_ANGLES = ("X", "Y", "Z", "XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
-OPS = frozenset(("translate", "scale", "orient", "transform", *(f"rotate{angles}" for angles in _ANGLES)))
-"""Ops that need no further check."""
+_ONE, _THREE = ("GfHalf", "float", "double"), ("GfVec3h", "GfVec3f", "GfVec3d")
+OPS: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("translate", "scale"), _THREE),
+    **{"orient": ("GfQuath", "GfQuatf", "GfQuatd"), "transform": ("GfMatrix4d",)},
+    **{f"rotate{axis}": _ONE for axis in "XYZ"},
+    **{f"rotate{axes}": _THREE for axes in ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")},
+}
+"""Kinds of ops, each with the types of C++ that USD takes for it; values of others make it raise."""
+
+
+def _described(prim: Any, op: str) -> str:
+    """An op that is left out, for messages; the type of one that is there says why."""
+    name = op.removeprefix("!invert!")
+    there = bool(name) and prim.HasAttribute(name)
+    return f"{op} (a {prim.GetAttribute(name).GetTypeName()})" if there else op or '""'
 
 
 def _known(prim: Any, op: str) -> bool:
@@ -186,10 +198,11 @@ def _known(prim: Any, op: str) -> bool:
     name = op.removeprefix("!invert!")
     if name == "!resetXformStack!":
         return True
-    if not prim.HasAttribute(name):
+    if not name or not prim.HasAttribute(name):
         return False
-    if name.split(":")[1:2] and name.split(":")[1] in OPS:
-        return True
+    kind = name.partition(":")[2].partition(":")[0]
+    if kind in OPS:
+        return prim.GetAttribute(name).GetTypeName().cppTypeName in OPS[kind]
     try:
         return bool(UsdGeom.XformOp(prim.GetAttribute(name), op != name))
     except Tf.ErrorException:
