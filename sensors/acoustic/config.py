@@ -153,6 +153,9 @@ def _events(prim: Usd.Prim) -> list[tuple[int, int, int, int]]:
                 f"{prim.GetPath()}.{FIRING_PREFIX}{name}: eventTimeNs, txSensorId, rxGroupId and channel have {sizes} "
                 "elements; give one of each for every event"
             )
+        late = [time for time in columns[0] if time >= 2**31]
+        if late:
+            _fail(prim, names[0], f"{late[0]:,} ns does not fit, it has 31 bits: 2.147 s")
         found += zip(*columns, strict=True)
     return sorted(found) or [(0, 0, 0, 0)]
 

@@ -69,6 +69,7 @@ def envelope(delays: np.ndarray, waves: np.ndarray, count: int, sample: float, p
     bins, waves = bins[kept].astype(np.int64), waves[kept]
     size = count * FINE
     arrived = np.bincount(bins, waves.real, size) + 1j * np.bincount(bins, waves.imag, size)
-    ages = (np.arange(math.ceil(pulse / step) + 1) - 0.5) * step  # from the middle of a bin to the end of a later one
+    longest = math.ceil(min(pulse / step, size))  # what comes after the record is not in it
+    ages = (np.arange(longest + 1) - 0.5) * step  # from the middle of a bin to the end of a later one
     shape = np.where((ages > 0) & (ages < pulse), np.sin(np.pi * ages / pulse) ** 2, 0.0)
     return np.asarray(np.abs(np.convolve(arrived, shape)[: count * FINE : FINE]))

@@ -60,7 +60,7 @@ class MotionCompensationState(enum.IntEnum):
 
 
 class ElementFlags(enum.IntFlag):
-    """Bits of `flags`; VALID marks an element with a return."""
+    """Bits of `flags`; VALID marks an element with a return, by the bit 0x40 that the original documents."""
 
     FLAG_1 = 1
     FLAG_2 = 2
@@ -68,8 +68,8 @@ class ElementFlags(enum.IntFlag):
     FLAG_4 = 8
     FLAG_5 = 16
     FLAG_6 = 32
-    FLAG_7 = 64
-    VALID = 128
+    VALID = 64
+    FLAG_7 = 128
 
 
 class LidarAuxHas(enum.IntFlag):

@@ -54,7 +54,7 @@ def test_a_wall_is_seen_up_to_where_its_return_is_as_weak_as_the_least_one(base,
 
     seen, unseen = (scan_of_wall(farthest + step, (base,), **least)[0] for step in (-0.01, 0.01))
 
-    assert seen.channel("flags").tolist() == [128]
+    assert seen.channel("flags").tolist() == [64]
     assert unseen.channel("flags").tolist() == [0]
     assert unseen.channel("distance").tolist() == [0.0]
     assert unseen.channel("scalar").tolist() == [0.0]

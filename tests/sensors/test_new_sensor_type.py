@@ -427,7 +427,7 @@ def test_exclude_hides_prims_from_a_sensor_and_refuses_what_is_not_there(app):
 
 
 def test_the_enums_of_generic_model_output_are_public():
-    assert (sensors.Modality.LIDAR, sensors.CoordsType.SPHERICAL, sensors.ElementFlags.VALID) == (1, 1, 128)
+    assert (sensors.Modality.LIDAR, sensors.CoordsType.SPHERICAL, sensors.ElementFlags.VALID) == (1, 1, 64)
     assert sensors.AuxType.FULL > sensors.AuxType.EXTRA
 
 

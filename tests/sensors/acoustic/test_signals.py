@@ -17,12 +17,13 @@ from graph.sim import App
 from graph.sim.scene.stage import open_stage
 from sensors import parse_generic_model_output_data, render_product
 from sensors.acoustic.config import SAMPLES
-from sensors.acoustic.waves import Membrane, absorption
+from sensors.acoustic.waves import Membrane, absorption, envelope
 from sensors.prim import write_aux_level
 
 PATH = "/World/Sonar"
 C, SAMPLE, PULSE, FREQUENCY = 343.0, 1.024e-4, 2.5e-3, 51200.0
 PREFIX = "omni:sensor:WpmAcoustic:"
+EVENT = "eventTimeNs", "txSensorId", "rxGroupId", "channel"
 
 
 def loss(length):
@@ -218,6 +219,12 @@ def test_a_membrane_hears_off_its_axis_as_a_piston_does():
     assert (Membrane(0.0, 900.0).gain(cosines) == 1).all()
 
 
+def test_of_a_pulse_longer_than_the_record_its_begin_is_heard():
+    """sin^2(pi t / T) of T = 1e6 s after 1 ms: 1e-17. It takes no more time than a short one."""
+    heard = envelope(np.array([0.0]), np.array([1.0 + 0j]), 320, 1e-4, 1e6)
+    assert heard[10] == pytest.approx(math.sin(math.pi * 1e-9) ** 2, rel=0.02)
+
+
 @pytest.mark.parametrize(
     ("frequency", "humidity", "decibels"), [(1000.0, 0.7, 5.0e-3), (1000.0, 0.5, 4.66e-3), (10_000.0, 0.5, 0.159)]
 )
@@ -237,6 +244,10 @@ def test_absorption_is_that_of_the_standards_tables(frequency, humidity, decibel
         ({"rxGroup:g001:receiverIndices": [1]}, "mounts are numbered from 0 to 0"),
         ({"firingSeq:seq001:channel": [1]}, "have 0, 0, 0, 1 elements"),
         ({"rxGroup:g001:receiverIndices": []}, "no mount listens"),
+        (
+            {f"firingSeq:seq001:{name}": [2**31 if name == "eventTimeNs" else 0] for name in EVENT},
+            "2,147,483,648 ns does not fit, it has 31 bits: 2.147 s",
+        ),
     ],
 )
 def test_what_no_sensor_has_is_told_in_a_line(sonar, attributes, wrong):

@@ -98,7 +98,7 @@ def test_elements_without_any_echo_are_kept_where_the_prim_says_so():
 
     assert frame.channel("emitterId").tolist() == [0, 0, 0, 1, 2, 2, 2]
     assert frame.channel("echoId").tolist() == [0, 1, 2, 0, 0, 1, 2]
-    assert frame.channel("flags").tolist() == [128, 128, 128, 0, 128, 128, 128]
+    assert frame.channel("flags").tolist() == [64, 64, 64, 0, 64, 64, 64]
     assert frame.channel("distance")[3] == 0.0
 
 

@@ -45,7 +45,7 @@ def test_angles_times_and_ids_of_a_whole_scan():
         assert frame.channel("tickId").tolist() == list(range(360))
         assert frame.channel("timeOffsetNs").tolist() == [round(i * 1e8 / 360) for i in range(360)]
         assert frame.channel("azimuth")[:3].tolist() == [0.0, -1.0, -2.0]
-        assert np.all(frame.channel("flags") == 128)
+        assert np.all(frame.channel("flags") == 64)
         assert not frame.channel("echoId").any()
 
 
@@ -302,7 +302,7 @@ def test_near_and_far_gates_drop_returns_unless_invalid_points_are_kept():
     assert dropped.channel("tickId").tolist() == [1]
     assert dropped.channel("distance")[0] == pytest.approx(1.95)
     assert kept.count == 4
-    assert kept.channel("flags").tolist() == [0, 128, 0, 0]
+    assert kept.channel("flags").tolist() == [0, 64, 0, 0]
     assert kept.channel("distance").tolist() == [0.0, dropped.channel("distance")[0], 0.0, 0.0]
 
 

@@ -33,7 +33,7 @@ def test_a_frame_holds_the_target_in_every_field():
     assert (gmo.x[strongest], gmo.y[strongest]) == (pytest.approx(0, abs=0.01), 0.0)
     assert np.all(np.diff(gmo.z) >= 0)
     assert gmo.rv_ms.tolist() == [0.0] * gmo.numElements
-    assert set(gmo.flags.tolist()) == {128}
+    assert set(gmo.flags.tolist()) == {64}
 
 
 def test_an_empty_world_gives_empty_frames():
