@@ -16,6 +16,9 @@ Floats = NDArray[np.float64]
 
 NEWTON_STEPS = 30
 TOLERANCE = 1e-12
+FARTHEST = 20.0
+"""The largest tangent of an angle to the optical axis up to which a rational lens is looked at."""
+
 STEEPEST = np.pi
 """The largest angle to the optical axis that any lens images [rad]."""
 
@@ -83,7 +86,7 @@ class BrownLens(Lens):
     @cached_property
     def fold(self) -> float:
         """The tangent of the angle from which on the radial part turns back, so that it has no inverse."""
-        r = np.linspace(0.0, 20.0, 200_001)
+        r = np.linspace(0.0, FARTHEST, 200_001)
         bent = r * self._radial(r * r)[0]
         back = np.flatnonzero(~(np.diff(bent) > 0))
         return float(r[back[0]]) if len(back) else np.inf
@@ -96,9 +99,13 @@ class BrownLens(Lens):
         return self._bend(x, y)
 
     def straighten(self, x: Floats, y: Floats) -> Floats:
-        """As the base: Newton's method on both coordinates, from the distorted point."""
+        """As the base: Newton's method on both coordinates, from the point that the radial part alone gives."""
         target_x, target_y = np.array(x, np.float64), np.array(y, np.float64)
-        x, y = target_x.copy(), target_y.copy()
+        known = np.linspace(0.0, min(self.fold, FARTHEST), 4097)
+        level = np.hypot(target_x, target_y)
+        start = np.interp(level, known * self._radial(known * known)[0], known)
+        share = np.divide(start, level, out=np.ones_like(level), where=level > 0)
+        x, y = target_x * share, target_y * share
         with np.errstate(all="ignore"):
             for _ in range(NEWTON_STEPS):
                 off_x, off_y = self._bend(x, y)
@@ -193,7 +200,8 @@ class FisheyeLens(Lens):
     def angle(self, radius: Floats) -> Floats:
         """The angle to the axis [rad] of image radii; not a number beyond the fold."""
         slopes = [(2 * power + 1) * one for power, one in enumerate(self.coefficients)]
-        angle = np.minimum(radius / (self.coefficients[0] or 1.0), self.fold)
+        known = np.linspace(0.0, self.fold, 1025)
+        angle = np.interp(radius, self.radius(known), known)  # so that Newton begins below the fold, where it is flat
         for _ in range(NEWTON_STEPS):
             off = self.radius(angle) - radius
             squared, slope = angle * angle, np.zeros_like(angle)

@@ -215,7 +215,7 @@ def _imager(values: Mapping[str, Any]) -> Imager:
     return Imager(
         (values["resolution"][0], values["resolution"][1]),
         values["rateHz"],
-        values.get("fovDeg") or values.get("fisheyeFovDeg", 0.0),
+        values.get("fovDeg") or values.get("fisheyeFovDeg") or _film_deg(values),
         "fisheyeFovDeg" in values,
         values.get("focalLengthMm", 0.0),
         values.get("apertureMm", (0.0,))[0],
@@ -224,6 +224,12 @@ def _imager(values: Mapping[str, Any]) -> Imager:
         None if span is None else (span[0], span[1]),
         values.get("baselineMm", 0.0),
     )
+
+
+def _film_deg(values: Mapping[str, Any]) -> float:
+    """The field of view across [deg] of a pinhole by its focal length and film; 0 where these are not given."""
+    focal, film = values.get("focalLengthMm"), values.get("apertureMm")
+    return math.degrees(2 * math.atan(film[0] / 2 / focal)) if focal and film else 0.0
 
 
 def supported_cameras() -> dict[str, dict[str, Any]]:

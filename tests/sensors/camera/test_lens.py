@@ -115,6 +115,29 @@ def test_where_the_lens_folds_there_is_no_ray():
     assert np.isnan(lens.project(np.array([[1.06], [0.0], [1.0]]))).any()
 
 
+def test_a_lens_that_stretches_images_up_to_its_fold():
+    """k1 = 0.5, k2 = -0.2: r (1 + 0.5 r^2 - 0.2 r^4) is largest where 1 + 1.5 r^2 = r^4, at r = sqrt(2), where it is
+    1.2 sqrt(2) = 1.697: beyond the fold's own radius, up to there each point has one ray.
+    """
+    lens = BrownLens(640, 480, 100.0, 100.0, 320.0, 240.0, k=(0.5, -0.2, 0, 0, 0, 0))
+    r = np.array([1.3, 1.38, 1.41])
+    assert lens.fold == pytest.approx(np.sqrt(2), abs=1e-4)
+    found = lens.unproject(np.stack([320 + 100 * r * (1 + 0.5 * r**2 - 0.2 * r**4), np.full(3, 240.0)]))
+    np.testing.assert_allclose(found[0] / found[2], r, atol=1e-9)
+    assert not lens.unproject(np.array([[320 + 170.0], [240.0]])).any()
+
+
+def test_a_fisheye_images_up_to_its_fold_where_its_radius_is_larger_than_the_angle():
+    """k 0.05, 0.01, -0.003, -0.0005: at 110 deg, 1.9199 rad, the radius is 2.0862, more than the fold's 1.984 rad."""
+    lens = FisheyeLens(640, 480, 100.0, 100.0, 320.0, 240.0, (1.0, 0.05, 0.01, -0.003, -0.0005))
+    angle = np.deg2rad(110.0)
+    squared = angle**2
+    radius = angle * (1 + squared * (0.05 + squared * (0.01 + squared * (-0.003 - squared * 0.0005))))
+    assert radius > lens.fold
+    found = lens.unproject(np.array([[320 + 100 * radius], [240.0]]))[:, 0]
+    assert found == pytest.approx([np.sin(angle), 0, np.cos(angle)], abs=1e-9)
+
+
 def test_the_fisheye_images_up_to_its_fold():
     assert np.rad2deg(FISHEYE.fold) == pytest.approx(113.7, abs=0.1)
     behind = np.deg2rad(100.0)

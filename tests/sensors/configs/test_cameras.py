@@ -56,17 +56,36 @@ def test_every_imager_is_a_camera_with_its_field_of_view_and_says_where_its_figu
 
 
 def test_a_field_of_view_counts_the_distortion():
-    """Of the D455's colours: x g(x^2) + p2 3 x^2 = 640 / 629.56 on the right, its mirror image on the left, by hand."""
+    """Of the D455's colours: x g(x^2) + p2 3 x^2 is (1280 - 628.95) / 629.56 on the right, -628.95 / 629.56 on the
+    left, by hand.
+    """
     imager = find_camera("D455").imager("color")
-
-    edge = 640 / 629.56
     ends = []
-    for to in (-edge, edge):
+    for to in (-628.95 / 629.56, 651.05 / 629.56):
         roots = np.roots([-0.0161, 0, 0.0603, 0, -0.0557, -0.00085 * 3, 1, -to])
         ends.append(min((root.real for root in roots if abs(root.imag) < 1e-9), key=lambda x: abs(x - to)))
     expected = math.degrees(math.atan(ends[1]) - math.atan(ends[0]))
     assert imager.fields_deg[0] == pytest.approx(expected, abs=0.01)  # the middle row is 2.5 px from the lens's axis
-    assert find_camera("SG3-H190XA").imager().fields_deg[0] == pytest.approx(190)
+    assert find_camera("SG8-H120YA").imager().fields_deg[0] == pytest.approx(120)
+
+
+@pytest.mark.parametrize(
+    ("name", "variant", "across"),
+    [
+        ("SG2-H100F1A", None, 100),
+        ("SG2-H60YA", None, 60),
+        ("SG3-H190XA", None, 190),
+        ("SG8-H30YA", None, 30),
+        ("Femto Mega", "narrow", 75),
+        ("Femto Mega", "wide", 120),
+        ("Femto Mega", "color", 80),
+        ("Gemini 2", "color", 86),
+        ("D555", "color", 90),
+    ],
+)
+def test_focal_length_film_and_distortion_of_an_asset_give_the_field_that_its_maker_names(name, variant, across):
+    """The figures are those of Isaac Sim's page; the fields are in the makers' data and in the products' names."""
+    assert find_camera(name).imager(variant).fields_deg[0] == pytest.approx(across, abs=1.5)
 
 
 @pytest.mark.parametrize("name", ["/Isaac/Sensors/RealSense/D455/rsd455.usd", "rsd455", "Realsense D455", "D455"])
@@ -85,8 +104,31 @@ def test_the_hawk_has_the_public_lens(app):
 def test_a_wide_camera_is_a_fisheye_that_sees_beyond_its_side(app):
     lens = configured(app, "SG3-H190XA").lens
     assert isinstance(lens, FisheyeLens)
-    beside = np.array([[math.sin(math.radians(94))], [0.0], [math.cos(math.radians(94))]])
-    assert lens.project(beside)[:, 0] == pytest.approx([960 + 960 * 94 / 95, 768])
+    angle = math.radians(94)
+    squared = angle**2
+    bent = angle * (
+        1 + squared * (0.132158875 + squared * (-0.031036589 + squared * (-0.004391152 + squared * 0.001811683)))
+    )
+    beside = np.array([[math.sin(angle)], [0.0], [math.cos(angle)]])
+    assert lens.project(beside)[:, 0] == pytest.approx([960.60822 + 1.51 / 5.76 * 1920 * bent, 768], rel=1e-6)
+
+
+def test_the_two_cameras_of_the_hawk_have_lenses_of_their_own(app):
+    """By the same page: 2.87798 mm on 5.76 mm are 959.327 px."""
+    right = configured(app, "hawk_v1.1_nominal", "right").lens
+    assert right.fx == pytest.approx(959.3266, rel=1e-6)
+    assert (right.cx, right.cy) == pytest.approx((954.70923, 588.3736), rel=1e-6)
+    assert right.k == pytest.approx((6.815791, 5.172144, 0.353267, 7.180808, 7.640372, 1.596375))
+
+
+def test_the_owl_sees_behind_itself_on_both_sides():
+    """Its edges are 943.99 and 976.01 px of 454.87 px from the axis: radii 2.0753 and 2.1457 rad, within its fold."""
+    across, _ = find_camera("Owl").imager().fields_deg
+    ends = []
+    for to in (943.99462890625, 1920 - 943.99462890625):
+        roots = np.roots([-0.000472, 0, -0.002978, 0, 0.012671, 0, 0.057225, 0, 1, -to / 454.8684359])
+        ends.append(min(root.real for root in roots if abs(root.imag) < 1e-9 and root.real > 0))
+    assert across == pytest.approx(math.degrees(sum(ends)), abs=1e-3)
 
 
 def test_a_configured_camera_is_scaled_to_the_image(app):
