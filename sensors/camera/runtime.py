@@ -60,7 +60,7 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
 
     type_name = PRIM_TYPE
     side_axis = 0
-    only_on_request = LIT
+    only_on_request = LIT | {CROSS}
     group: TileGroup | None = None
     """The cameras with which it looks together."""
     _between: tuple[CastWorld, frozenset[str], Shadows] | None = None
