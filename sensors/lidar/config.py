@@ -72,7 +72,8 @@ class EmitterState:
             np.array_equal(getattr(self, name), getattr(other, name)) for name in (*EMITTER_FLOATS, *EMITTER_INTEGERS)
         )
 
-    __hash__ = None  # type: ignore[assignment]
+    def __hash__(self) -> int:
+        return hash(len(self))
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 
 import numpy as np
 
 from graph.base.exact import NANOSECONDS
+from sensors.raycast.windows import RayGrid
 
 from .config import LidarConfig
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Pattern:
     """The firings of one turn (rotary) or scan (solid state), sorted by time, then emitter.
 
@@ -39,6 +41,21 @@ class Pattern:
 
     def __len__(self) -> int:
         return len(self.offset_ns)
+
+    @cached_property
+    def columns(self) -> np.ndarray:
+        """(3, N) float32, contiguous: the directions by axis."""
+        return np.ascontiguousarray(self.directions.T)
+
+    def grid(self, starts: tuple[int, ...] = (0,)) -> RayGrid:
+        """The grid of its directions, cut into spans that begin at `starts`; made at the first call."""
+        if starts not in self._grids:
+            self._grids[starts] = RayGrid(self.directions, starts)
+        return self._grids[starts]
+
+    @cached_property
+    def _grids(self) -> dict[tuple[int, ...], RayGrid]:
+        return {}
 
     def index_at(self, offset: Fraction) -> int:
         """The number of firings before this time [s] after the start of the turn: the start or end index of a slice."""

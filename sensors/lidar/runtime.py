@@ -35,7 +35,7 @@ from .prim import read_config
 from .receiver import Receiver
 from .returns import Shot
 from .scan import Scanner
-from .turns import Turns
+from .turns import turns_of
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -83,7 +83,7 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
         check(
             "lidar.rays", rays, f"{self.path}: {app.fidelity.lidar_subrays:,} sub-rays a beam make {rays:,} rays a scan"
         )
-        self.turns = Turns(config)
+        self.turns = turns_of(config)
         if not len(self.turns.pattern(0)):
             raise UserError(f"{self.path}: no firing lies in its valid azimuth window; widen validStart/EndAzimuthDeg")
         self.reach = float(self.turns.pattern(0).far_m.max())

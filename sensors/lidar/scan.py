@@ -95,13 +95,12 @@ class Scanner:
         self._config = config or LidarConfig(emitter_states=(EmitterState(np.zeros(1), np.zeros(1)),))
         self._sub, self._echoing = SubRays(self._config, subrays), subrays > 1
         count = len(pattern)
-        self._columns = np.ascontiguousarray(pattern.directions.T)
+        self._columns = pattern.columns
         self._table = np.empty((count, 6), np.float32)
         self._parts: dict[tuple[int, int], _Part] = {}
         self._world = np.empty((3, count), np.float32)
         self._cosine, self._term = np.empty(count, np.float32), np.empty(count, np.float32)
         self._kept: dict[int, np.ndarray] = {}
-        self._grid: RayGrid | None = None
         margin = 0.0 if noise is None else noise.margin
         self._reach = float(pattern.far_m.max(initial=0.0)) * (1 + 1e-6) + margin
 
@@ -315,15 +314,13 @@ class Scanner:
 
         starts: of the spans that the slice is cut into, counted from its first ray.
         """
+        if rows.stop - rows.start == len(self.pattern):
+            return self.pattern.grid(starts), True
         part.casts += 1
-        whole = rows.stop - rows.start == len(self.pattern)
-        if starts not in part.grids and (whole or part.casts > 2 or len(starts) > FULL_SPANS):
+        if starts not in part.grids and (part.casts > 2 or len(starts) > FULL_SPANS):
             part.grids[starts] = RayGrid(self.pattern.directions[rows], starts)
-        if starts in part.grids:
-            return part.grids[starts], True
-        if self._grid is None:
-            self._grid = RayGrid(self.pattern.directions)
-        return self._grid, False
+        own = part.grids.get(starts)
+        return (self.pattern.grid(), False) if own is None else (own, True)
 
     def _incidence(self, directions: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """The cosine of incidence of rays (3, n), on normals (n, 3), float32, unsigned; 0 without a hit."""

@@ -13,7 +13,7 @@ from sensors import LidarConfig
 from sensors.configs.catalog import find
 from sensors.lidar.config import EmitterState
 from sensors.lidar.pattern import firing_pattern
-from sensors.lidar.turns import Turns
+from sensors.lidar.turns import Turns, turns_of
 
 
 def lidar(azimuth=(0.0,), elevation=None, fire=(), **fields):
@@ -171,6 +171,14 @@ def test_an_interval_longer_than_a_turn_keeps_its_last_turn():
     turns = Turns(lidar(scan_rate_base_hz=Fraction(10), pattern_firing_rate_hz=Fraction(40)))
 
     assert turns.slices(Fraction(0), Fraction(35, 100)) == [(2, slice(2, 4)), (3, slice(0, 2))]
+
+
+def test_lidars_of_equal_configuration_share_their_turns_whatever_they_are_called():
+    first = turns_of(lidar(azimuth=[0.0, 1.0], name="/World/A"))
+
+    assert turns_of(lidar(azimuth=[0.0, 1.0], name="/World/B")) is first
+    assert turns_of(lidar(azimuth=[0.0, 2.0], name="/World/A")) is not first
+    assert turns_of(lidar(azimuth=[0.0, 1.0], start_azimuth_offset_deg=5.0)) is not first
 
 
 def test_patterns_of_many_turns_are_worked_out_again_where_keeping_them_takes_too_much(monkeypatch):
