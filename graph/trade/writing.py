@@ -5,10 +5,11 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from graph.base.errors import UserError
+from graph.base.errors import UserError, reason_of
 
 KEY = "fidelity"
 AFTER = ("clock", "scene", "tickgraph")
@@ -16,28 +17,47 @@ AFTER = ("clock", "scene", "tickgraph")
 
 
 def check_writable(file: Path) -> None:
-    """Raises UserError for a file that `write_block` cannot change."""
+    """Raises UserError for a file that `write_block` cannot change. Broken ones pass: opening them says where."""
     if file.suffix.lower() not in (".yaml", ".yml", ".json"):
         raise UserError(f"--write: {file} is not a YAML or JSON file; leave out --write and paste the block")
-    with_block(file, {})
+    with suppress(*_broken()):
+        with_block(file, {})
 
 
 def write_block(file: Path, values: Mapping[str, str]) -> None:
     """Sets knobs in the file. Raises UserError if it cannot be written."""
-    text = with_block(file, values)
     try:
+        text = with_block(file, values)
         file.write_text(text, encoding="utf-8", newline="")
     except OSError as error:
         raise UserError(f"--write {file}: {error.strerror}; paste the block") from None
+    except _broken() as error:
+        raise UserError(f"--write {file}: it cannot be read in place ({reason_of(error)}); paste the block") from None
+
+
+def _broken() -> tuple[type[Exception], ...]:
+    """What a text that is neither YAML nor JSON raises."""
+    from ruamel.yaml.error import YAMLError
+
+    return (YAMLError, ValueError)
 
 
 def with_block(file: Path, values: Mapping[str, str]) -> str:
     """The text of the file with these knobs set. Raises UserError for a file whose block cannot be set in its place."""
     text = file.read_bytes().decode("utf-8")
-    if file.suffix.lower() == ".json":
-        document = json.loads(text)
-        document[KEY] = {**document.get(KEY, {}), **{name: _plain(value) for name, value in values.items()}}
-        return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
+    return _in_json(text, values) if file.suffix.lower() == ".json" else _in_yaml(file, text, values)
+
+
+def _in_json(text: str, values: Mapping[str, str]) -> str:
+    mark = "\ufeff" * text.startswith("\ufeff")
+    document = json.loads(text.removeprefix(mark))
+    if not isinstance(document, dict):
+        raise ValueError("it is not a mapping")
+    document[KEY] = {**(document.get(KEY) or {}), **{name: _plain(value) for name, value in values.items()}}
+    return mark + json.dumps(document, indent=2, ensure_ascii=False) + "\n"
+
+
+def _in_yaml(file: Path, text: str, values: Mapping[str, str]) -> str:
     from ruamel.yaml import YAML
     from ruamel.yaml.comments import CommentedMap
 
@@ -48,29 +68,43 @@ def with_block(file: Path, values: Mapping[str, str]) -> str:
         raise UserError(f"--write: the keys of {file} are not on lines of their own; paste the block")
     lines = text.splitlines(keepends=True)
     starts = sorted(document.lc.key(key)[0] for key in document)
+    last = next((number for number, line in enumerate(lines) if line.rstrip() == "..."), len(lines))
+    new = "".join(f"  {name}: {value}\n" for name, value in values.items())
     if KEY not in document:
-        if not values:
-            return text
-        at = _behind(document, lines, starts)
-        new = "".join([f"{KEY}:\n", *(f"  {name}: {value}\n" for name, value in values.items())])
-        before = "".join(lines[:at])
-        return (before if before.endswith("\n") or not before else f"{before}\n") + new + "".join(lines[at:])
+        at = end = _behind(document, lines, [*starts, last])
+        new = f"{KEY}:\n{new}"
+        if at and not lines[at - 1].endswith("\n"):
+            new = f"\n{new}"
+    elif document[KEY] is None and lines[document.lc.key(KEY)[0]].partition("#")[0].strip() == f"{KEY}:":
+        at = end = document.lc.key(KEY)[0] + 1
+    else:
+        at = document.lc.key(KEY)[0]
+        end = next((line for line in [*starts, last] if line > at), len(lines))
+        new = _renewed(yaml, document, values)
+    if not values:
+        return text
+    ending = "\r\n" if "\r\n" in text else "\n"
+    return "".join([*lines[:at], new.replace("\r\n", "\n").replace("\n", ending), *lines[end:]])
+
+
+def _renewed(yaml: Any, document: Any, values: Mapping[str, str]) -> str:
+    """The section with its comments; new knobs are in front, for comments at the end belong to what follows."""
+    from ruamel.yaml.comments import CommentedMap
+
     section = document[KEY]
     if not isinstance(section, CommentedMap):
         section = document[KEY] = CommentedMap()
-    for place, (name, value) in enumerate(values.items()):
+    for name, value in reversed([*values.items()]):
         if name in section:
             section[name] = _plain(value)
         else:
-            section.insert(place, name, _plain(value))  # in front: comments at the end belong to what follows
+            section.insert(0, name, _plain(value))
     alone = CommentedMap({KEY: section})
     if KEY in document.ca.items:
         alone.ca.items[KEY] = document.ca.items[KEY]
     stream = io.StringIO()
     yaml.dump(alone, stream)
-    first = document.lc.key(KEY)[0]
-    end = next((line for line in starts if line > first), len(lines))
-    return "".join([*lines[:first], stream.getvalue(), *lines[end:]])
+    return stream.getvalue()
 
 
 def _behind(document: Any, lines: list[str], starts: list[int]) -> int:

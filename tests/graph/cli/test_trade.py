@@ -190,6 +190,18 @@ def test_a_setting_that_is_refused_is_a_row_and_a_refinement_that_is_leaves_the_
     assert "zero_delay" in result.err
 
 
+@pytest.mark.parametrize(
+    ("name", "text"), [("a.json", b'{"tickgraph": 1, '), ("a.yaml", b"a: ["), ("a.yaml", b"\xff\xfe")]
+)
+def test_a_broken_file_is_a_line_with_its_place_whether_or_not_it_is_to_be_written(graph, folder, name, text):
+    (folder / name).write_bytes(text)
+    options = ("--vary", "physics.hz=60", "--budget", "body.position_max=1", "--write")
+    result = graph("trade", name, *options)
+    assert result.code == 2
+    assert result.err.startswith(f"{name}:1:")
+    assert "internal error" not in result.err
+
+
 def test_what_never_ends_is_refused(graph, ball):
     """1e12 s at 60 Hz."""
     result = graph("trade", ball, "--vary", "physics.hz=60", "--duration", "1e12")

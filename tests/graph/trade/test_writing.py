@@ -113,3 +113,43 @@ def test_what_cannot_be_written_in_place_is_refused(file, name, text):
 def test_the_lines_of_windows_stay(file):
     path = file(BLOCK.replace("\n", "\r\n"))
     assert with_block(path, {}).startswith("tickgraph: 1\r\nscene:")
+
+
+def test_every_line_of_a_block_ends_as_those_of_windows_do(file):
+    for text in (BLOCK, FLOW, "tickgraph: 1\nscene: {}\n"):
+        changed = with_block(file(text.replace("\n", "\r\n")), NEW)
+        assert changed.count("\n") == changed.count("\r\n")
+
+
+def test_a_new_block_stands_before_the_end_of_the_document(file):
+    path = file("---\ntickgraph: 1\nscene: {}\n...\n")
+    write_block(path, {"tlas": "frame"})
+    assert path.read_text() == "---\ntickgraph: 1\nscene: {}\nfidelity:\n  tlas: frame\n...\n"
+
+
+def test_knobs_of_a_block_without_any_stand_before_its_comments(file):
+    path = file("tickgraph: 1\nfidelity: # knobs\n# rates\nclock: {loop_hz: 60}\n")
+    write_block(path, {"tlas": "frame"})
+    assert path.read_text() == "tickgraph: 1\nfidelity: # knobs\n  tlas: frame\n# rates\nclock: {loop_hz: 60}\n"
+
+
+def test_new_knobs_stand_before_the_comments_at_the_end_of_a_block(file):
+    path = file("tickgraph: 1\nfidelity:\n  physics.hz: 60\n\n# the end\n")
+    write_block(path, {"physics.hz": "240", "tlas": "frame"})
+    assert path.read_text() == "tickgraph: 1\nfidelity:\n  tlas: frame\n  physics.hz: 240\n\n# the end\n"
+
+
+@pytest.mark.parametrize("text", ['{"tickgraph": 1, "fidelity": null}', '\ufeff{"tickgraph": 1}'])
+def test_json_without_knobs_or_with_a_byte_order_mark_gets_them(file, text):
+    path = file(text, "a.json")
+    write_block(path, {"tlas": "frame"})
+    assert path.read_text().startswith("\ufeff") == text.startswith("\ufeff")
+    assert fidelity_of(path) == {"tlas": "frame"}
+
+
+@pytest.mark.parametrize(("name", "text"), [("a.json", '{"tickgraph": 1, '), ("a.json", "[1]"), ("a.yaml", "a: [\n")])
+def test_what_is_wrong_with_a_broken_file_is_told_when_it_is_opened(file, name, text):
+    path = file(text, name)
+    check_writable(path)
+    with pytest.raises(UserError, match="paste the block"):
+        write_block(path, NEW)
