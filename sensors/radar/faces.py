@@ -20,8 +20,8 @@ ROUNDED = 1e-6
 LEAST_M, MOST_M = 2e-6, 5e-5
 """Corners so near a plane are in it, whatever the coordinates are: down to 0.4 deg and up to 10 deg of phase."""
 
-TURNED = 1.0 - 2e-6
-"""Cosine of the angle (2 mrad) beyond which two faces are not one plane, however small they are."""
+TURNED = 1.0 - 5e-4
+"""Cosine of the angle (32 mrad) beyond which two faces are not one plane, however small they are."""
 
 POLE = 8
 """More faces than these around a vertex make it a pole."""
@@ -29,6 +29,12 @@ POLE = 8
 SPREAD = 1.0 / 8.0
 """Share of the squared angles to the neighbours that a face's normals are spread by: the lobes of faces at equal steps
 then add up to a curve without ripple (below 0.1 dB along one axis)."""
+
+TOUCHING_M = 1e-3
+"""Flat faces of different meshes so near each other are pieces of one."""
+
+MOST_TILES = 1000
+"""Faces of a plane up to which it is looked up which of them touch; beyond, each is for itself."""
 
 MOST_KEPT = 500_000
 """Triangles whose faces are kept for the next App with the same meshes."""
@@ -43,7 +49,8 @@ class Faces:
     of_triangle: (m,) int32, the plane of each triangle. normal: (p, 3), offset: (p,) [m]: n . x = offset. middle:
     (p, 3) [m] of its area. axes: (p, 2, 3), two unit vectors in the plane. curved: (p,) bool, whether it is a piece of
     a curved surface; then spread: (p, 2, 2) covariance of the surface's normals [rad^2], extent: (p, 2, 2) of its area
-    [m^2] and bend: (p, 2, 2), by how much the surface's normal turns along it [rad/m], in the axes.
+    [m^2] and bend: (p, 2, 2), by how much the surface's normal turns along it [rad/m], in the axes. low, high: (p, 3)
+    [m], the box around each.
     """
 
     of_triangle: np.ndarray
@@ -55,6 +62,8 @@ class Faces:
     spread: np.ndarray
     extent: np.ndarray
     bend: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
 
 
 def faces_of(vertices: np.ndarray, triangles: np.ndarray) -> Faces:
@@ -65,9 +74,9 @@ def faces_of(vertices: np.ndarray, triangles: np.ndarray) -> Faces:
     normals = doubled / np.where(twice, twice, 1.0)[:, None]
     centres = corners.mean(axis=1)
     offsets = np.einsum("ij,ij->i", normals, centres)
-    keys = _hashed(np.rint(np.c_[normals * 1e4, offsets * 1e4]).astype(np.int64))
+    keys = hashed(np.rint(np.c_[normals * 1e4, offsets * 1e4]).astype(np.int64))
     _, of_triangle = np.unique(keys, return_inverse=True)
-    keys = _hashed(np.rint(vertices * 1e6).astype(np.int64))
+    keys = hashed(np.rint(vertices * 1e6).astype(np.int64))
     _, known, welded = np.unique(keys, return_index=True, return_inverse=True)
     shared = _shared_edges(welded[triangles])
     of_triangle = _flattened(corners, normals, twice, of_triangle, shared)
@@ -109,6 +118,7 @@ def faces_of(vertices: np.ndarray, triangles: np.ndarray) -> Faces:
         spread,
         extent,
         bent @ np.linalg.inv(apart + least[:, None, None] * np.eye(2)),
+        *_boxes(corners, of_triangle, count),
     )
 
 
@@ -137,7 +147,33 @@ class _FacesByContent:
 FACES_BY_CONTENT = _FacesByContent()
 
 
-def _hashed(rows: np.ndarray) -> np.ndarray:
+def _boxes(corners: np.ndarray, plane: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest corners (p, 3) of the triangles (m, 3, 3) of each plane."""
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(low, plane, corners.min(axis=1))
+    np.maximum.at(high, plane, corners.max(axis=1))
+    return low, high
+
+
+def patches(normal: np.ndarray, offset: np.ndarray, body: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """For each plane (p,) the first of those that it makes one flat patch with: of one body, level, and touching.
+
+    normal, offset, low, high: as `Faces` has them, in the frames of the bodies; body: (p,).
+    """
+    # An odd scale, so that the round numbers of drawn scenes do not lie where rounding decides.
+    keys = hashed(np.rint(np.c_[normal, offset] * 9876.5 + 0.123).astype(np.int64)) ^ hashed(body[:, None])
+    _, group, counts = np.unique(keys, return_inverse=True, return_counts=True)
+    several = np.flatnonzero((counts[group] > 1) & (counts[group] <= MOST_TILES))
+    order = several[np.argsort(group[several], kind="stable")]
+    ends = np.flatnonzero(np.diff(group[order])) + 1
+    pairs = [np.zeros((2, 0), np.intp)]
+    for some in np.split(order, ends):
+        apart = np.maximum(low[some][:, None] - high[some], low[some] - high[some][:, None]).max(axis=2, initial=0.0)
+        pairs.append(some[np.stack(np.nonzero(np.triu(apart <= TOUCHING_M, 1)))])
+    return _together(len(normal), *np.concatenate(pairs, axis=1))
+
+
+def hashed(rows: np.ndarray) -> np.ndarray:
     """One uint64 for each row of up to four integers."""
     total = np.zeros(len(rows), np.uint64)
     for column, factor in zip(rows.T, _HASH, strict=False):

@@ -13,7 +13,7 @@ from sensors.raycast.rays import NOTHING, Hits
 from sensors.raycast.standing import excluded
 from sensors.raycast.world import CastWorld
 
-from .faces import FACES_BY_CONTENT, SPREAD, Faces, plane_axes
+from .faces import FACES_BY_CONTENT, SPREAD, Faces, patches, plane_axes
 
 NO_PLANE = -1
 
@@ -28,7 +28,7 @@ class WorldPlanes:
     """The planes of a cast world, numbered through all surfaces; where they are in one state of it.
 
     normal, offset, middle, axes: as `Faces` has them, in the world's axes [m]; curved, spread, extent, bend, surface,
-    body: of each plane. any_curved: whether any is.
+    body: of each plane. patch: (p,), the first plane of the flat patch that it is part of. any_curved: whether any is.
     """
 
     def __init__(self, world: CastWorld) -> None:
@@ -52,6 +52,10 @@ class WorldPlanes:
         )
         self.any_curved = bool(self.curved.any())
         self.body = np.append(world.body_of[self.surface] if len(faces) else [], -1).astype(np.int64)
+        low, high = (
+            np.concatenate([getattr(each, end) for each in faces] or [np.zeros((0, 3))]) for end in ("low", "high")
+        )
+        self.patch = patches(self._normal, self._offset, self.body[:-1], low, high)
         self._moving = np.flatnonzero(self.body >= 0)
         self.normal, self.offset = self._normal.copy(), self._offset.copy()
         self.middle, self.axes = self._middle.copy(), self._axes.copy()
@@ -180,7 +184,5 @@ def _of_surface(surface: Mesh | Plane) -> Faces:
         middle = np.asarray(surface.origin, np.float64)[None]
         offset = (normal * middle).sum(axis=1)
     count = len(normal)
-    square = np.zeros((count, 2, 2))
-    return Faces(
-        np.zeros(0, np.int32), normal, offset, middle, plane_axes(normal), np.zeros(count, bool), *[square] * 3
-    )
+    square, axes, curved = np.zeros((count, 2, 2)), plane_axes(normal), np.zeros(count, bool)
+    return Faces(np.zeros(0, np.int32), normal, offset, middle, axes, curved, square, square, square, middle, middle)

@@ -248,7 +248,7 @@ def flat(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
     power = field.real**2 + field.imag**2
     range_m, rate = met.range_m.astype(np.float32), met.rate()
     found = Arrivals(range_m, rate if met.coming is None else rate.astype(np.float32), azimuth, height, power)
-    found.field, found.group = field, face_keys(met)
+    found.field, found.group = field, face_keys(setting, met)
     found.zone = np.sqrt((antenna.wavelength / way).astype(np.float32))
     yield found
 

@@ -47,9 +47,9 @@ class Setting:
     bounces: most faces on a way. exclude: prims that are not there.
 
     Derived for each plane, the last for no plane: heights: (p + 1,) float64 [m] of the radar over it; columns:
-    (3, p + 1) of the normals; tables: (p + 1,) int32, its first place in the reflection tables; surfaces: (p + 1,);
-    curved: (p + 1,) bool. deforms: whether any surface does; spots: whether hits need theirs. alike: whether all that
-    is seen moves alike; still: not at all.
+    (3, p + 1) of the normals; tables: (p + 1,) int32, its first place in the reflection tables; surfaces, patches:
+    (p + 1,); curved: (p + 1,) bool. deforms: whether any surface does; spots: whether hits need theirs. alike: whether
+    all that is seen moves alike; still: not at all.
     """
 
     world: CastWorld
@@ -66,6 +66,7 @@ class Setting:
     columns: np.ndarray = field(init=False)
     tables: np.ndarray = field(init=False)
     surfaces: np.ndarray = field(init=False)
+    patches: np.ndarray = field(init=False)
     curved: np.ndarray = field(init=False)
     deforms: bool = field(init=False)
     alike: bool = field(init=False)
@@ -78,6 +79,7 @@ class Setting:
         self.columns = np.concatenate((planes.normal.T, np.zeros((3, 1))), axis=1)
         self.tables = np.append(self.reflections.of_surfaces(planes.surface), np.int32(0))
         self.surfaces = np.append(planes.surface, np.int32(NO_SURFACE))
+        self.patches = np.append(planes.patch, np.int64(NO_PLANE))
         self.curved = np.append(planes.curved, False)
         self.deforms = bool(self.world.deforming.any())
         seen = planes.bodies_seen(self.exclude)
@@ -212,7 +214,7 @@ def next_waves(setting: Setting, images: Images, parts: list[Sent]) -> tuple[Wav
     planes, groups = setting.planes, Groups(mirror)
     image, plane = np.divmod(groups.keys, len(planes.normal))
     speeds = setting.twists, planes.body[plane]
-    images = images.beyond(image, planes.normal[plane], setting.heights[plane], plane, speeds)
+    images = images.beyond(image, planes.normal[plane], setting.heights[plane], planes.patch[plane], speeds)
     hits = _cast_on(setting, direction, start)
     waves = Waves(row, direction, images, travelled, left, groups.which)
     return waves, hits, np.flatnonzero(hits.distance < 2.0 * setting.reach - travelled)
@@ -232,9 +234,9 @@ def tangential(setting: Setting, tubes: Tubes, waves: Waves, vectors: np.ndarray
     return tubes.tangential(waves.row, setting.rotation.T @ vectors)
 
 
-def face_keys(met: Met) -> np.ndarray:
-    """(k,) uint64 of the faces on the way, whatever their order; unknown faces are like no other."""
-    key = plane_keys(np.where(met.plane != NO_PLANE, met.plane, met.waves.row + _OWN))
+def face_keys(setting: Setting, met: Met) -> np.ndarray:
+    """(k,) uint64 of the flat patches on the way, whatever their order; unknown faces are like no other."""
+    key = plane_keys(np.where(met.plane != NO_PLANE, np.take(setting.patches, met.plane), met.waves.row + _OWN))
     waves = met.waves
     return key if waves.image is None else np.asarray(key + np.take(waves.images.key, waves.image))
 
