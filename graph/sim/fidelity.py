@@ -34,7 +34,7 @@ class Fidelity(PhysicsKnobs):
         Knob(
             "frozen: the whole scan at its tick; update: each update casts what fired since; continuous: each firing "
             "alone",
-            cost="continuous: 2.8 to 3.3 times frozen",
+            cost="continuous: 1.5 to 2 times frozen",
             error="what is hit is displaced by (v + w r) t, for a speed v and turn rates w at a distance r (ranges by "
             "up to 1 / cos of the incidence more); frozen: t from the firing to its tick; update: to its update; "
             "continuous: see lidar.bins",
