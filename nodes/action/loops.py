@@ -55,6 +55,8 @@ def for_loop(db: Database) -> None:
     else:
         memory.index += 1
     value = inputs.start + inputs.step * memory.index
+    if not -(2**31) <= value < 2**31:
+        db.fail(f"start {inputs.start} and step {inputs.step} lead to {value}, which an int cannot hold; lower them")
     if not memory.broken:
         outputs.value = value
         if value < inputs.stop if inputs.step > 0 else value > inputs.stop:

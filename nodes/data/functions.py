@@ -12,6 +12,9 @@ from .like_inputs import same_type, whole_of
 
 DECIMAL = ("decimal_scalers", "double[]", "float[]", "half[]")
 DECIMALS = ("decimals",)
+MOST_DECIMALS = 400
+"""From here on rounding changes nothing, or leaves 0."""
+
 WHOLE = ("int", "int[]", "int[2]", "int[3]", "int[4]", "int[2][]", "int[3][]", "int[4][]")
 
 
@@ -107,4 +110,14 @@ def _to_whole(db: Database, one: Callable[[float], int], many: str) -> None:
 def round_off(db: Database) -> None:
     """Round to a number of decimal places."""
     value, decimals = db.inputs.input, db.inputs.decimals
-    db.outputs.output = value.round(decimals) if hasattr(value, "dtype") else round(value, decimals)
+    db.outputs.output = _rounded(value, decimals) if hasattr(value, "dtype") else round(value, decimals)
+
+
+def _rounded(values: Any, decimals: int) -> Any:
+    """NumPy's, also where its factor 10^decimals, or a product with it, is more than a float holds."""
+    import numpy as np
+
+    with np.errstate(all="ignore"):
+        rounded = values.round(max(-MOST_DECIMALS, min(decimals, MOST_DECIMALS)))
+    beyond = values if decimals > 0 else np.zeros_like(values)
+    return np.where(np.isfinite(rounded) | ~np.isfinite(values), rounded, beyond)

@@ -150,6 +150,8 @@ def time_splitter(db: Database) -> None:
     if not math.isfinite(time):
         db.fail(f"input time is {time}; it must be finite")
     seconds, rest = split_time(float(time))
+    if not -(2**31) <= seconds < 2**31:
+        db.fail(f"input time is {time} s; output seconds holds less than 2^31 s (68 years)")
     outputs = db.outputs
     outputs.seconds = seconds
     outputs.milliseconds, outputs.microseconds, outputs.nanoseconds = rest // 1_000_000, rest // 1_000, rest

@@ -80,9 +80,11 @@ def given(db: Database) -> bool:
 
 
 def _size(db: Database) -> tuple[int, int]:
+    """Width and height of an image that a node makes, 4 bytes a pixel."""
     width, height = db.inputs.width, db.inputs.height
     if width * height > LARGEST:
         db.fail(f"{width} x {height} pixels are too many; {LARGEST} fit")
+    db.claim(width * height * 4)
     return width, height
 
 

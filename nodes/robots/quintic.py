@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 DURATIONS = tuple(range(5, 100, 5))
 """Durations [s] of a path to try, shortest first."""
 
+SAMPLE_BYTES = 8 * 16
+"""Of a sample of the path while it is planned: time, derivatives of x and y, what they give, and its four outputs."""
+
 SAME_PLACE, SAME_HEADING = 0.1, 0.05
 """A goal that moved by less [m, rad] counts as unchanged."""
 
@@ -133,6 +136,7 @@ def quintic_path_planner(db: Database) -> None:
     if changed:
         if not inputs.step > 0:
             db.fail(f"input step is {inputs.step:g} s; give it a positive time")
+        db.claim(int(min(DURATIONS[-1] / inputs.step + 2, 1e15)) * SAMPLE_BYTES)
         x, y, _ = (float(part) for part in inputs.currentPosition)
         start = Stance(x, y, heading(inputs.currentOrientation), inputs.initialVelocity, inputs.initialAccel)
         end = Stance(*goal, inputs.goalVelocity, inputs.goalAccel)
