@@ -9,7 +9,7 @@ import numpy as np
 
 from sensors.annotators.types import AnnotatorType, Reading
 
-from .channels import AROUND, BOX, FLAT_BOX, LABELLED, LOOSE, SOLID_BOX, TIGHT
+from .channels import AROUND, BOX, FIRST, FLAT_BOX, LABELLED, LOOSE, SOLID_BOX, TIGHT
 from .label_filter import OPTIONS, kept_labels
 from .names import MODALITY
 
@@ -52,7 +52,7 @@ def _boxes(kind: str) -> Callable[[Reading], dict[str, Any]]:
         paths = entities_of(reading.app, LABELLED).paths
         info = {
             "idToLabels": {number: labels[number] for number in sorted(set(data["semanticId"].tolist()))},
-            "bboxIds": boxes["instance"].copy(),
+            "bboxIds": boxes["instance"] - np.uint32(FIRST),
             "primPaths": [paths[number] for number in numbers],
         }
         return {"data": data, "info": info}
@@ -63,7 +63,7 @@ def _boxes(kind: str) -> Callable[[Reading], dict[str, Any]]:
 def _occlusion(reading: Reading) -> dict[str, Any]:
     found = _boxes(LOOSE)(reading)
     data = np.empty(len(found["data"]), HIDDEN)
-    data["instanceId"], data["semanticId"] = found["info"]["bboxIds"], found["data"]["semanticId"]
+    data["instanceId"], data["semanticId"] = found["info"]["bboxIds"] + np.uint32(FIRST), found["data"]["semanticId"]
     data["occlusionRatio"] = found["data"]["occlusionRatio"]
     return {"data": data, "info": found["info"]}
 

@@ -118,7 +118,7 @@ def boxes_of(
 ) -> dict[str, np.ndarray]:
     """The box channels in demand. numbers: (n,) of the labelled prim in each pixel."""
     visible = visible_boxes(numbers, config.lens.width)
-    there = outlines(app, view, config, poses) if wanted & {TIGHT, LOOSE, BOX} else []
+    there = outlines(app, view, config, poses) if wanted & {TIGHT, LOOSE, BOX, AROUND} else []
     ratio = {one.prim.number: _occlusion(one, visible) for one in there}
     found = {}
     if TIGHT in wanted:
@@ -130,7 +130,7 @@ def boxes_of(
     if BOX in wanted:
         found[BOX] = _boxes_3d(app, [one.prim for one in there], ratio, poses)
     if AROUND in wanted:
-        found[AROUND] = _boxes_3d(app, [one for one in _prims(app, cast_world(app)) if one.surfaces], {}, poses)
+        found[AROUND] = _boxes_3d(app, [one for one in _prims(app, cast_world(app)) if one.surfaces], ratio, poses)
     return found
 
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sensors.raycast.shared import cast_world, surface_classes, surface_labels
-from sensors.surfaces.semantics import Labels, labels_of
+from sensors.raycast.shared import cast_world
+from sensors.surfaces.semantics import Labels, labels_of, numbered
 
 from .channels import FIRST, INSTANCE, LABELLED, SEMANTIC
 
@@ -52,7 +52,9 @@ def _labelled(app: App, surfaces: Sequence[Any]) -> Entities:
 
 
 def _semantic(app: App, surfaces: Sequence[Any]) -> Entities:
-    return Entities(np.append(surface_classes(app), np.uint32(0)).astype(np.uint32), {}, surface_labels(app))
+    """Each different set of labels, those of the prims above included, in the order of their text."""
+    numbers, labels = numbered([_joined(app.stage, surface)[0] for surface in surfaces])
+    return Entities(np.append(numbers, np.uint32(0)).astype(np.uint32), {}, labels)
 
 
 _READ = {INSTANCE: _instances, LABELLED: _labelled, SEMANTIC: _semantic}
