@@ -102,7 +102,10 @@ class LiveStage:
                 del watch.shapes[path]
                 self._world.forget_geometry()
             elif prim not in paths:
-                words.append(f"{self._shown(prim)} got another {name}")
+                odd = name == RESCALED and not self.roles.finite(prim)
+                words.append(
+                    f"{self._shown(prim)} got {'a transform that is not finite' if odd else f'another {name}'}"
+                )
                 paths.add(prim)
         return words, paths
 

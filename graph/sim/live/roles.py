@@ -95,6 +95,11 @@ class StageRoles:
             [each for each in before if each in now and now[each] != self.roles[each]],
         )
 
+    def finite(self, path: str) -> bool:
+        """Whether the transform of a prim in the world consists of finite numbers."""
+        matrix = UsdGeom.XformCache(EARLIEST).GetLocalToWorldTransform(self._stage.GetPrimAtPath(path))
+        return bool(np.isfinite(transforms.from_usd(matrix)).all())
+
     def rescaled(self, path: str) -> bool:
         """Whether a prim has another scale or shear in the world than before, in whatever pose."""
         before, prim = self._places.get(path), self._stage.GetPrimAtPath(path)
@@ -102,7 +107,7 @@ class StageRoles:
             return False
         old = transforms.from_usd(before)[:3, :3]
         new = transforms.from_usd(UsdGeom.XformCache(EARLIEST).GetLocalToWorldTransform(prim))[:3, :3]
-        if not np.isfinite(new).all():
+        if not self.finite(path):
             return True
         # The Gram matrix of the axes contains their lengths and angles, but not the rotation.
         gram = old.T @ old

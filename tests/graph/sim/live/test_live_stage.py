@@ -93,6 +93,10 @@ def scale_from_above(stage):
     UsdGeom.Xformable(stage.GetPrimAtPath("/World/Group")).AddScaleOp(opSuffix="more").Set((2, 2, 2))
 
 
+def lose(stage):
+    stage.GetPrimAtPath("/World/Wall").GetAttribute("xformOp:translate").Set(Gf.Vec3d(float("nan"), 0, 0))
+
+
 def grow(stage):
     stage.GetPrimAtPath("/World/Wall").GetAttribute("size").Set(3.0)
 
@@ -111,6 +115,7 @@ def change_kind(stage):
         (reparent, "/World/Wall (Cube PhysicsCollisionAPI) was removed"),
         (scale, "/World/Wall got another scale"),
         (scale_from_above, "/World/Group got another scale"),
+        (lose, "/World/Wall got a transform that is not finite"),
         (grow, "/World/Wall got another size"),
         (change_kind, "/World/Wall was Cube PhysicsCollisionAPI and is Sphere PhysicsCollisionAPI"),
     ],
