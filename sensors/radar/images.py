@@ -17,7 +17,7 @@ _MIX = np.uint64(0x9E3779B97F4A7C15)
 
 @dataclass(frozen=True, slots=True)
 class Twists:
-    """Velocities of bodies as the radar sees them, as if each extended to the radar; world axes.
+    """Velocities of bodies as the radar sees them, as if each extended to the radar.
 
     linear [m/s], angular [rad/s]: (b + 1, 3) float64; the last, which body -1 finds, are those of what stands still.
     """
@@ -32,6 +32,10 @@ class Twists:
         if own is not None:
             all_of_them = all_of_them - own
         return cls(all_of_them[:, :3], all_of_them[:, 3:])
+
+    def seen_from(self, rotation: np.ndarray) -> Twists:
+        """The same in the axes of a sensor that is turned by `rotation` (3, 3), sensor to world."""
+        return Twists(self.linear @ rotation, self.angular @ rotation)
 
     def alike(self, bodies: np.ndarray) -> bool:
         """Whether some bodies (m,), by number, move as what stands still does: only the radar moves, if anything."""
@@ -49,7 +53,7 @@ class Twists:
 class Images:
     """The radar as mirrors show it, one image for each order of faces that tubes have met; c of them.
 
-    place: (c, 3) float64 from the radar [m], world axes. turn: (c, 3, 3), what the mirrors make of directions. rate:
+    place: (c, 3) float64 from the radar [m], in the axes of all vectors here. turn: (c, 3, 3), what the mirrors make of directions. rate:
     (c, 3) [m/s], how fast ways from it to the last mirror grow is that times their direction. key: (c,) uint64 of the
     faces, whatever their order.
     """

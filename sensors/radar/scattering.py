@@ -80,7 +80,7 @@ def rough(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
     if not setting.reflections.scatters:
         return
     row, rate, antenna = met.waves.row, met.rate(), setting.antenna
-    back = _local(setting, met.back)
+    back = met.back.astype(np.float32)
     sent = _scattered(setting, tubes.solid, tubes, met)
     sent *= (np.abs(dot(met.normal, met.back)) / met.out**2).astype(np.float32)
     first, second = sent * np.take(tubes.sends, row), sent * np.take(tubes.hears, row)
@@ -124,7 +124,7 @@ def curved(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
         return
     row, antenna = met.waves.row, setting.antenna
     power = _glint(setting, tubes, met, _middle_ways(setting, met)) / met.out**2
-    back, group = _local(setting, met.back), _surface_keys(setting, met)
+    back, group = met.back.astype(np.float32), _surface_keys(setting, met)
     range_m, rate = met.range_m, met.rate()
     first = power * np.take(tubes.sends, row) * antenna.hears(back)
     yield Arrivals(range_m, rate, _azimuth(back), back[2], first, group=group)
@@ -170,8 +170,8 @@ def _glint(setting: Setting, tubes: Tubes, met: Met, ways: np.ndarray) -> np.nda
     """
     planes, row, plane = setting.planes, met.waves.row, met.plane
     axes, bend = planes.axes[plane], planes.bend[plane]
-    place = met.back.T * met.out[:, None] + setting.pose[:3, 3] - planes.middle[plane]
-    across = np.einsum("pai,ip->pa", axes, ways)
+    place = (setting.rotation @ (met.back * met.out)).T + setting.pose[:3, 3] - planes.middle[plane]
+    across = np.einsum("pai,ip->pa", axes, setting.rotation @ ways)
     across -= np.einsum("pab,pbi,pi->pa", bend, axes, place) * dot(ways, met.normal)[:, None]
     wide = _wide(tubes, met) ** 2
     solid = tubes.width[row] * tubes.height[row] * wide
@@ -205,7 +205,7 @@ def _middle_ways(setting: Setting, met: Met) -> np.ndarray:
         small = np.flatnonzero(
             12.0 * setting.planes.extent[met.plane].max(axis=(1, 2)) < setting.antenna.wavelength * met.out
         )
-        towards = setting.pose[:3, 3] - setting.planes.middle[met.plane[small]]
+        towards = (setting.pose[:3, 3] - setting.planes.middle[met.plane[small]]) @ setting.rotation
         ways[:, small] = (towards / np.linalg.norm(towards, axis=1)[:, None]).T
     return np.asarray(ways)
 
@@ -226,13 +226,13 @@ def flat(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
     if back is direction:
         azimuth, height = _own(tubes, met)
         size *= np.sqrt(gain * np.take(tubes.hears, row))
-        growths = [each * turning * -2.0 for each in tangential(setting, tubes, met.waves, met.normal)]
+        growths = [each * turning * -2.0 for each in tangential(tubes, met.waves, met.normal)]
     else:
-        local = _local(setting, back)
+        local = back.astype(np.float32)
         azimuth, height = _azimuth(local), local[2]
         size *= np.sqrt(gain * antenna.hears(local)) * (met.way / met.out).astype(np.float32)
         turning *= 1.0 + dot(back, direction)
-        tilts, away = (tangential(setting, tubes, met.waves, each) for each in (met.normal, back))
+        tilts, away = (tangential(tubes, met.waves, each) for each in (met.normal, back))
         growths = [met.way * one - turning * tilt for one, tilt in zip(away, tilts, strict=True)]
     for angle, growth in zip((tubes.width, tubes.height), growths, strict=True):
         growth /= antenna.wavelength
@@ -281,14 +281,9 @@ def facing(setting: Setting, met: Met) -> np.ndarray:
     if setting.planes.any_curved:
         sends |= setting.planes.curved[met.plane] & (met.plane != NO_PLANE)
     sends &= dot(met.normal, met.back) * met.slope > 0
-    sends &= setting.rotation[:, 0] @ met.back > 0
+    sends &= met.back[0] > 0
     sends &= met.way + met.out < 2.0 * setting.seen
     return np.flatnonzero(sends)
-
-
-def _local(setting: Setting, directions: np.ndarray) -> np.ndarray:
-    """Directions (3, k) float32 in the sensor frame."""
-    return np.asarray(setting.rotation.T.astype(np.float32) @ directions.astype(np.float32))
 
 
 def _azimuth(local: np.ndarray) -> np.ndarray:

@@ -93,7 +93,7 @@ class Tracer:
         back = [scattered(setting, tubes, beam, seen)] if setting.reflections.scatters else []
 
         def met(rows: np.ndarray) -> Met:
-            waves = first_waves(setting, tubes, rows + seen.tubes.start)
+            waves = first_waves(tubes, rows + seen.tubes.start)
             return meet(setting, waves, beam.hits, rows + seen.part.start, np.take(seen.plane, rows))
 
         glints = list(curved(setting, tubes, met(bent(setting, seen))))

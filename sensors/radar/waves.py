@@ -44,12 +44,12 @@ class Setting:
     """What waves travel in, in one state.
 
     pose: (4, 4) float64 sensor to world [m]. poses: the state, for the caster (None: now). reach: farthest range [m].
-    bounces: most faces on a way. exclude: prims that are not there.
+    bounces: most faces on a way. exclude: prims that are not there. twists: of the bodies, world axes.
 
     Derived for each plane, the last for no plane: heights: (p + 1,) float64 [m] of the radar over it; columns:
-    (3, p + 1) of the normals; tables: (p + 1,) int32, its first place in the reflection tables; surfaces, patches:
-    (p + 1,); curved: (p + 1,) bool. deforms: whether any surface does; spots: whether hits need theirs. alike: whether
-    all that is seen moves alike; still: not at all.
+    (3, p + 1) of the normals, in the sensor's axes; tables: (p + 1,) int32, its first place in the reflection tables;
+    surfaces, patches: (p + 1,); curved: (p + 1,) bool. speeds: the twists in the sensor's axes. deforms: whether any
+    surface does; spots: whether hits need theirs. alike: whether all that is seen moves alike; still: not at all.
     """
 
     world: CastWorld
@@ -68,6 +68,7 @@ class Setting:
     surfaces: np.ndarray = field(init=False)
     patches: np.ndarray = field(init=False)
     curved: np.ndarray = field(init=False)
+    speeds: Twists = field(init=False)
     deforms: bool = field(init=False)
     alike: bool = field(init=False)
     still: bool = field(init=False)
@@ -76,11 +77,12 @@ class Setting:
     def __post_init__(self) -> None:
         planes = self.planes
         self.heights = np.append(planes.offset - planes.normal @ self.pose[:3, 3], 0.0)
-        self.columns = np.concatenate((planes.normal.T, np.zeros((3, 1))), axis=1)
+        self.columns = np.concatenate(((planes.normal @ self.rotation).T, np.zeros((3, 1))), axis=1)
         self.tables = np.append(self.reflections.of_surfaces(planes.surface), np.int32(0))
         self.surfaces = np.append(planes.surface, np.int32(NO_SURFACE))
         self.patches = np.append(planes.patch, np.int64(NO_PLANE))
         self.curved = np.append(planes.curved, False)
+        self.speeds = self.twists.seen_from(self.rotation)
         self.deforms = bool(self.world.deforming.any())
         seen = planes.bodies_seen(self.exclude)
         self.spots = self.deforms or bool(len(seen))
@@ -96,6 +98,12 @@ class Setting:
     def rotation(self) -> np.ndarray:
         """(3, 3) sensor to world."""
         return self.pose[:3, :3]
+
+    def to_world(self, vectors: np.ndarray) -> np.ndarray:
+        """Vectors (3, k) of the sensor's axes in the world's, float32."""
+        # Unlike a product of matrices this gives a column the same bytes wherever it stands, on any number of threads.
+        turned = np.einsum("ij,jk->ik", self.rotation.astype(np.float32), vectors.astype(np.float32, copy=False))
+        return np.asarray(turned)
 
 
 @dataclass(slots=True)
@@ -120,7 +128,7 @@ class _Rows:
 
 @dataclass(slots=True)
 class Waves(_Rows):
-    """Tubes before a stretch of their way; k of them, vectors (3, k) float64 in the world's axes [m].
+    """Tubes before a stretch of their way; k of them, vectors (3, k) float64 in the sensor's axes [m].
 
     row: (k,) of the tube. direction: of the stretch. travelled: [m]. field: what the faces left of it, complex64.
     image: (k,) number of the radar's image that they come from, None before the first face.
@@ -185,9 +193,9 @@ def cast_first(setting: Setting, bundle: RayBundle) -> Hits:
     return _cast(setting, bundle)
 
 
-def first_waves(setting: Setting, tubes: Tubes, row: np.ndarray) -> Waves:
+def first_waves(tubes: Tubes, row: np.ndarray) -> Waves:
     """Some tubes as they leave the radar."""
-    return Waves(row, setting.rotation @ _taken(tubes.directions, row), Images.none())
+    return Waves(row, _taken(tubes.directions, row), Images.none())
 
 
 @dataclass(slots=True)
@@ -213,8 +221,8 @@ def next_waves(setting: Setting, images: Images, parts: list[Sent]) -> tuple[Wav
     )
     planes, groups = setting.planes, Groups(mirror)
     image, plane = np.divmod(groups.keys, len(planes.normal))
-    speeds = setting.twists, planes.body[plane]
-    images = images.beyond(image, planes.normal[plane], setting.heights[plane], planes.patch[plane], speeds)
+    speeds, normal = (setting.speeds, planes.body[plane]), setting.columns[:, plane].T
+    images = images.beyond(image, normal, setting.heights[plane], planes.patch[plane], speeds)
     hits = _cast_on(setting, direction, start)
     waves = Waves(row, direction, images, travelled, left, groups.which)
     return waves, hits, np.flatnonzero(hits.distance < 2.0 * setting.reach - travelled)
@@ -222,16 +230,16 @@ def next_waves(setting: Setting, images: Images, parts: list[Sent]) -> tuple[Wav
 
 def in_sight(setting: Setting, out: np.ndarray, back: np.ndarray) -> np.ndarray:
     """Whether the radar sees points (3, k) [m from it] at distances (k,), in unit directions (3, k)."""
-    bundle = RayBundle(setting.pose[:3, 3], _table(back), exclude=setting.exclude, reach=setting.seen)
+    bundle = RayBundle(setting.pose[:3, 3], _table(setting, back), exclude=setting.exclude, reach=setting.seen)
     hits = setting.world.cast(bundle, setting.poses)
     return np.asarray(hits.distance > out * (1 - 1e-6) - SIGHT_M)
 
 
-def tangential(setting: Setting, tubes: Tubes, waves: Waves, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def tangential(tubes: Tubes, waves: Waves, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The components (k,) of vectors (3, k) across and up of tubes, mirrored as the waves were."""
     if waves.image is not None:
         vectors = np.einsum("jik,jk->ik", np.take(waves.images.unturned, waves.image, axis=2), vectors)
-    return tubes.tangential(waves.row, setting.rotation.T @ vectors)
+    return tubes.tangential(waves.row, vectors)
 
 
 def face_keys(setting: Setting, met: Met) -> np.ndarray:
@@ -250,7 +258,7 @@ def meet(setting: Setting, waves: Waves, hits: Hits, row: np.ndarray, plane: np.
     unknown = np.flatnonzero(plane == NO_PLANE) if setting.deforms else np.zeros(0, np.intp)
     if len(unknown):
         assert hits.normals is not None
-        normal[:, unknown] = hits.normals[row[unknown]].T
+        normal[:, unknown] = setting.rotation.T @ hits.normals[row[unknown]].T
         length = hits.distance[row[unknown]].astype(np.float64)
         if waves.travelled is not None:
             length += waves.travelled[unknown]
@@ -284,7 +292,7 @@ def meet(setting: Setting, waves: Waves, hits: Hits, row: np.ndarray, plane: np.
 
 def _velocities(setting: Setting, waves: Waves, plane: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """`coming` and `going` (3, k) of waves that meet planes of rigid bodies."""
-    twists, images, image = setting.twists, waves.images, waves.image
+    twists, images, image = setting.speeds, waves.images, waves.image
     if setting.alike:
         going = np.broadcast_to(twists.linear[-1][:, None], waves.direction.shape)
         if image is None:
@@ -301,14 +309,15 @@ def _velocities(setting: Setting, waves: Waves, plane: np.ndarray) -> tuple[np.n
 def _add_within(setting: Setting, met: Met, some: np.ndarray, hits: Hits, row: np.ndarray) -> None:
     """Adds how points on meshes that deform move within these: some (m,) of the waves, the hits `row` (m,)."""
     within = np.zeros((3, len(met)))
-    within[:, some] = speeds_within(setting, hits.surfaces(row), hits, row)
+    within[:, some] = setting.rotation.T @ speeds_within(setting, hits.surfaces(row), hits, row)
     alone = met.going is None or met.going is met.coming
     coming, going = (within if rate is None else rate + within for rate in (met.coming, met.going))
     met.coming, met.going = coming, coming if alone else going
 
 
 def speeds_within(setting: Setting, surface: np.ndarray, hits: Hits, row: np.ndarray) -> np.ndarray:
-    """Velocities (3, k) of points on meshes that deform: those of the triangles' corners, by their shares."""
+    """Velocities (3, k), world axes, of points on meshes that deform: those of the triangles' corners, by their shares.
+    """
     assert hits.spots is not None
     found = np.zeros((3, len(row)))
     for number in np.unique(surface).tolist():
@@ -343,10 +352,8 @@ def reflected(setting: Setting, met: Met) -> Sent:
 
 def _cast_on(setting: Setting, direction: np.ndarray, start: np.ndarray) -> Hits:
     """What waves meet next."""
-    offsets = np.empty((len(start[0]), 3), np.float32)
-    for axis in range(3):
-        offsets[:, axis] = start[axis] + LIFT_M * direction[axis]
-    bundle = RayBundle(setting.pose[:3, 3], _table(direction), offsets, setting.exclude, setting.seen)
+    offsets = np.ascontiguousarray(setting.to_world(start + LIFT_M * direction).T)
+    bundle = RayBundle(setting.pose[:3, 3], _table(setting, direction), offsets, setting.exclude, setting.seen)
     return _cast(setting, bundle)
 
 
@@ -354,11 +361,10 @@ def _cast(setting: Setting, bundle: RayBundle) -> Hits:
     return setting.world.cast(bundle, setting.poses, normals=setting.deforms, spots=setting.spots)
 
 
-def _table(direction: np.ndarray) -> np.ndarray:
+def _table(setting: Setting, direction: np.ndarray) -> np.ndarray:
     """The table of rays in these directions (3, k)."""
     table = np.empty((direction.shape[1], 6), np.float32)
-    for axis in range(3):
-        table[:, 3 + axis] = direction[axis]
+    table[:, 3:] = setting.to_world(direction).T
     return table
 
 
