@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -27,9 +28,11 @@ class Cells:
         """Width of a cell."""
         return (self.high - self.low) / self.count
 
-    def index(self, values: np.ndarray) -> np.ndarray:
-        """Index of the cell of each value, int64; outside values give indices below 0 or from `count`."""
-        return np.floor((values - self.low) / self.width).astype(np.int64)
+    def index(self, values: np.ndarray, dtype: type[np.signedinteger[Any]] = np.int64) -> np.ndarray:
+        """Index of the cell of each value; outside values give indices below 0 or from `count`."""
+        place = np.asarray(values - self.low)
+        place /= self.width
+        return np.floor(place, out=place).astype(dtype)
 
     def centre(self, index: np.ndarray) -> np.ndarray:
         """Value in the middle of each cell, float64."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -81,7 +81,7 @@ class Grid:
     def place(
         self, values: Sequence[np.ndarray], angle: np.ndarray | None = None
     ) -> tuple[np.ndarray | slice, np.ndarray, list[np.ndarray]]:
-        """Where values (4 of (k,)) lie: rows of those in the grid, their cells (m,) int64, they themselves, folded.
+        """Where values (4 of (k,)) lie: rows of those in the grid, their cells (m,), they themselves, folded.
 
         angle: their angle cells (k,) of `angles`, if known; the angles are then inside.
         """
@@ -92,13 +92,14 @@ class Grid:
             values[:2] = values[0] + farther * values[1], values[1] + faster * values[0]
         if self.wraps_range:
             values[0] = np.mod(values[0], self.range_m.high)
-        if np.abs(values[1]).max(initial=0.0) >= self.velocity.high:
+        if max(values[1].max(initial=0.0), -values[1].min(initial=0.0)) >= self.velocity.high:
             values[1] = folded(values[1], self.velocity.high)
         if angle is None:
             angle, *values[2:] = self.angles(*values[2:])
-        at = self.range_m.index(values[0])
+        at = self.range_m.index(values[0], self.number_type)
         inside = (at >= 0) & (at < ranges) & (angle >= 0)
-        cell = np.clip(self.velocity.index(values[1]), 0, velocities - 1)
+        cell = self.velocity.index(values[1], self.number_type)
+        np.clip(cell, 0, velocities - 1, out=cell)
         cell *= ranges
         cell += at
         cell *= math.prod(angles)
@@ -108,21 +109,27 @@ class Grid:
         rows = np.flatnonzero(inside)
         return rows, cell[rows], [row[rows] for row in values]
 
+    @property
+    def number_type(self) -> type[np.signedinteger[Any]]:
+        """The integers that hold the numbers of all cells: half as wide where they suffice, and twice as fast."""
+        return np.int32 if math.prod(self.shape) < 2**31 else np.int64
+
     def angles(self, azimuth: np.ndarray, height: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Numbers (k,) int64 of the angle cells of sines (k,), -1 outside the grid; and the sines, folded."""
+        """Numbers (k,) of the angle cells of sines (k,), -1 outside the grid; and the sines, folded."""
         values, index = [azimuth, height], []
         inside = np.ones(len(azimuth), bool)
         for axis, (cells, (low, high)) in enumerate(zip(self.axes[2:], self.ends, strict=True)):
             if self.wraps_angles:
                 values[axis] = np.mod(values[axis] - low, high - low) + low
-            at = cells.index(values[axis])
+            at = cells.index(values[axis], self.number_type)
             if self.arrays[axis]:
                 inside &= (values[axis] >= low) & (values[axis] < high)
                 at = at % cells.count  # the beams at both ends are one
             inside &= (at >= 0) & (at < cells.count)
             index.append(at)
         number = index[0] * self.height.count + index[1]
-        return np.where(inside, number, -1), values[0], values[1]
+        number[~inside] = -1
+        return number, values[0], values[1]
 
     def number(self, index: Sequence[np.ndarray]) -> np.ndarray:
         """Numbers (k,) of cells by their places on the axes; those of one velocity lie together."""
@@ -175,9 +182,8 @@ def summed(grid: Grid, found: Arrivals) -> Part:
         rows, cell, values = grid.place(values)
         return Part(cell, power[rows], np.stack(values), found.bounces)
     rows, cell, values = grid.place(values, found.angle)
-    groups, power = Groups(cell), power[rows]
-    total = groups.sum(power)
-    return Part(groups.keys, total, groups.means(values, power, total), found.bounces)
+    groups = Groups(cell)
+    return Part(groups.keys.astype(np.int64), *groups.means(values, power[rows]), found.bounces)
 
 
 def merged(grid: Grid, parts: Iterable[Part]) -> Cube:
@@ -261,8 +267,8 @@ def _hann(away: np.ndarray) -> np.ndarray:
 def _gathered(grid: Grid, cell: np.ndarray, power: np.ndarray, values: np.ndarray, bounces: np.ndarray) -> Cube:
     """The cube of powers (k,) in cells (k,), which may repeat, with their values (4, k) and bounces (k,)."""
     groups = Groups(cell)
-    total = groups.sum(power)
+    total, means = groups.means(list(values), power)
     strongest = np.zeros(len(groups), np.uint8)
     order = np.argsort(power, kind="stable")
     strongest[groups.which[order]] = bounces[order]  # the last written is the strongest
-    return Cube(grid, groups.keys, total, groups.means(list(values), power, total), strongest)
+    return Cube(grid, groups.keys, total, means, strongest)

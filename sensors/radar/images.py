@@ -53,9 +53,9 @@ class Twists:
 class Images:
     """The radar as mirrors show it, one image for each order of faces that tubes have met; c of them.
 
-    place: (c, 3) float64 from the radar [m], in the axes of all vectors here. turn: (c, 3, 3), what the mirrors make of directions. rate:
-    (c, 3) [m/s], how fast ways from it to the last mirror grow is that times their direction. key: (c,) uint64 of the
-    faces, whatever their order.
+    place: (c, 3) float64 from the radar [m]; all vectors are in the sensor's axes. turn: (c, 3, 3), what the mirrors
+    make of directions. rate: (c, 3) [m/s], how fast ways from it to the last mirror grow is that times their direction.
+    key: (c,) uint64 of the faces, whatever their order.
     """
 
     place: np.ndarray

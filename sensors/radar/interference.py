@@ -31,34 +31,29 @@ def added(
     assert found.field is not None
     assert found.group is not None
     assert found.zone is not None
-    field, power = found.field, found.power
+    field = found.field
     groups = Groups(found.group)
-    which = groups.which
-    middle = groups.means(values, power, groups.sum(power))
-    away = [row - np.take(mean, which) for row, mean in zip(values, middle, strict=True)]
-    key = which.astype(np.uint64)
+    _, middle = groups.means(values, found.power)
+    away = [row - groups.spread(mean) for row, mean in zip(values, middle.astype(np.float32), strict=True)]
+    key = groups.which.astype(np.uint64)
     for width, offset in zip(widths[:2], away[:2], strict=True):
         key = _joined(key, np.rint(offset / width))
     row: np.ndarray | None = None  # None: one after the other
+    zones = np.float32(ZONES) * found.zone
     for width, offset in zip(widths[2:], away[2:], strict=True):
-        size = np.maximum(np.float32(width), np.float32(ZONES) * found.zone)
-        key, row, field = _shared(key, row, field, offset / size)
+        key, row, field = _shared(key, row, field, offset / np.maximum(zones, np.float32(width)))
     groups = Groups(key)
-    which = groups.which
-    real, imaginary = groups.sum(field.real), groups.sum(field.imag)
+    real, imaginary = groups.sums(field, np.complex128)
     squared = real**2 + imaginary**2
     # Where a face reflects as a mirror, the fields that do not cancel tell the place; else the strongest do.
     power = field.real**2 + field.imag**2
-    share = field.real * np.take(real, which) + field.imag * np.take(imaginary, which)
-    share /= np.take(np.maximum(squared, 1e-300), which)
+    least = np.maximum(squared, 1e-300)
+    share = field.real * groups.spread(real / least) + field.imag * groups.spread(imaginary / least)
     if row is not None:
         values = [each if each.strides[0] == 0 else np.take(each, row) for each in values]
-    means = groups.means(values, power, groups.sum(power))
-    for width, one, mean in zip(widths, values, means, strict=True):
-        if one.strides[0]:
-            place = groups.sum(share * (one - np.take(mean, which)))
-            mean += np.where(np.abs(place) < width / 2, place, 0.0)
-    return squared, list(means)
+    (_, means), (_, places) = groups.means(values, power), groups.means(values, share)
+    near = np.abs(places - means) < np.array(widths)[:, None] / 2
+    return squared, list(np.where(near, places, means))
 
 
 def gathered(
@@ -70,14 +65,12 @@ def gathered(
     """
     assert found.group is not None
     groups = Groups(found.group)
-    which = groups.which
-    middle = groups.means(values, found.power, groups.sum(found.power))
-    key = which.astype(np.uint64)
+    _, middle = groups.means(values, found.power)
+    key = groups.which.astype(np.uint64)
     for width, row, mean in zip(widths, values, middle, strict=True):
-        key = _joined(key, np.rint((row - np.take(mean, which)) / width))
-    groups = Groups(key)
-    total = groups.sum(found.power)
-    return total, list(groups.means(values, found.power, total))
+        key = _joined(key, np.rint((row - groups.spread(mean)) / width))
+    total, means = Groups(key).means(values, found.power)
+    return total, list(means)
 
 
 def _shared(

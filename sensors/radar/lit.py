@@ -19,6 +19,9 @@ from .rays import Tubes
 from .scattering import MIRROR, WIDEST, Arrivals
 from .waves import FAINTEST, GRAZING, Setting, speeds_within
 
+LEAST_M = np.float32(1e-12)
+"""Distances below this [m] count as this."""
+
 
 @dataclass(slots=True)
 class Beam:
@@ -36,10 +39,13 @@ class Beam:
     owner: np.ndarray | None
     hits: Hits
 
-    def blocks(self, size: int) -> Iterator[tuple[Beam, slice]]:
-        """Its tubes in blocks."""
+    def blocks(self, size: int, seen: float) -> Iterator[tuple[Beam, slice]]:
+        """Its tubes in blocks, but for those in which none meets anything nearer than `seen` [m]."""
         count = len(self.angle)
-        yield from ((self, slice(first, min(first + size, count))) for first in range(0, count, size))
+        for first in range(0, count, size):
+            part = slice(first, min(first + size, count))
+            if self.hits.distance[part].min() < seen:
+                yield self, part
 
 
 @dataclass(slots=True)
@@ -72,13 +78,14 @@ def lit(setting: Setting, beam: Beam, part: slice) -> Lit:
     """What some tubes of a beam meet."""
     hits = beam.hits
     distance, plane = hits.distance[part], setting.planes.of_hits(hits, part)
-    counts = (distance < np.float32(setting.seen)) & (distance > 0)
+    counts = distance < np.float32(setting.seen)
     if beam.owner is not None:
         counts &= np.take(setting.surfaces, plane) == beam.owner[part]
+    distance = np.maximum(distance, LEAST_M)
     cosine = np.take(beam.heights, plane)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        cosine /= distance
-    np.copyto(cosine, np.float32(0), where=~counts)
+    cosine /= distance
+    np.minimum(cosine, np.float32(1), out=cosine)
+    cosine *= counts
     table = np.take(setting.tables, plane)
     unknown = np.zeros(0, np.intp)
     if setting.deforms:
@@ -87,7 +94,6 @@ def lit(setting: Setting, beam: Beam, part: slice) -> Lit:
         rows = unknown + part.start
         cosine[unknown] = np.abs((hits.normals[rows].T * beam.bundle.directions[:, rows]).sum(axis=0))
         table[unknown] = setting.reflections.of_surfaces(hits.surfaces(rows))
-    np.minimum(cosine, np.float32(1), out=cosine)
     table += setting.reflections.steps(cosine)
     tubes = slice(beam.first + part.start, beam.first + part.stop)
     return Lit(part, tubes, plane, distance, cosine, table, unknown)
@@ -100,9 +106,8 @@ def scattered(setting: Setting, tubes: Tubes, beam: Beam, lit: Lit) -> Arrivals:
     power *= lit.cosine
     power *= tubes.weight[part]
     power *= np.float32(4.0 * setting.antenna.receives)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        power /= lit.distance
-        power /= lit.distance
+    power /= lit.distance
+    power /= lit.distance
     rows = np.flatnonzero(power > 0)
     rate = _rates(setting, beam, lit)
     return Arrivals(
@@ -126,7 +131,7 @@ def _rates(setting: Setting, beam: Beam, lit: Lit) -> np.ndarray | None:
         for axis in (1, 2):
             rate += np.take(linear[:, axis], body) * directions[axis]
     elif not setting.still:
-        rate = linear[-1] @ directions
+        rate = np.einsum("i,ik->k", linear[-1], directions)
     if len(lit.unknown):
         row = lit.unknown + lit.part.start
         within = speeds_within(setting, hits.surfaces(row), hits, row)

@@ -41,75 +41,57 @@ class Tubes:
     def __len__(self) -> int:
         return len(self.solid)
 
-    def with_room(self, more: int) -> Tubes:
-        """The same at the begin of arrays with room for more."""
-        columns = (getattr(self, each.name) for each in fields(self))
-        return Tubes(*(np.concatenate((one, np.empty((*one.shape[:-1], more), one.dtype)), -1) for one in columns))
+    @classmethod
+    def room(cls, count: int) -> Tubes:
+        """Arrays for so many, to be filled (`fill`)."""
+        return cls(np.empty((3, count)), *(np.empty(count, np.float32) for _ in fields(cls)[1:]))
 
-    def and_more(self, count: int, more: Tubes) -> Tubes:
-        """The first `count`, and more after them, in the room of these."""
-        whole = {}
-        for each in fields(self):
-            column = getattr(self, each.name)[..., : count + len(more)]
-            column[..., count:] = getattr(more, each.name)
-            whole[each.name] = column
-        return Tubes(**whole)
+    def part(self, first: int, end: int) -> Tubes:
+        """Some of them; the arrays are parts of these."""
+        return Tubes(*(getattr(self, each.name)[..., first:end] for each in fields(self)))
 
     def tangential(self, rows: np.ndarray, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The components (k,) of vectors (3, k) in the sensor frame across (growing azimuth) and up of some rays."""
-        x, y, z = (np.take(column, rows) for column in self.directions)
-        level = np.sqrt(1.0 - z * z)
-        across = (x * vectors[1] - y * vectors[0]) / level
-        up = vectors[2] * level - (x * vectors[0] + y * vectors[1]) * (z / level)
-        return across, up
+        side, high = np.take(self.azimuth, rows), np.take(self.elevation, rows)
+        ahead, level = np.sqrt(1 - side**2), np.sqrt(1 - high**2)
+        x, y, z = vectors
+        return ahead * y - side * x, level * z - high * (ahead * x + side * y)
 
 
-def grid(
+def fill(
+    tubes: Tubes,
     azimuth: tuple[float, float],
     elevation: tuple[float, float],
     across: int,
-    up: int,
     antenna: Antenna,
     *,
     stride: int = 1,
-) -> Tubes:
-    """Equal steps of azimuth and elevation [rad] between two ends; the middle of each is a ray.
+) -> None:
+    """Makes tubes, `across` in a row, of equal steps of azimuth and elevation [rad] between two ends.
 
-    stride: every so many are followed after a reflection, across and up.
+    The middle of each step is a ray. stride: every so many are followed after a reflection, across and up.
     """
+    up = len(tubes) // across
     da, de = (azimuth[1] - azimuth[0]) / across, (elevation[1] - elevation[0]) / up
     a = azimuth[0] + (np.arange(across) + 0.5) * da
     e = elevation[0] + (np.arange(up) + 0.5) * de
-    level, sine = np.cos(e), np.sin(a)
-    directions = np.empty((3, up, across))
-    np.multiply(level[:, None], np.cos(a), out=directions[0])
-    np.multiply(level[:, None], sine, out=directions[1])
-    directions[2] = np.sin(e)[:, None]
-    flat = directions.reshape(3, up * across)
-    followed = (np.arange(up) % stride == 0)[:, None] & (np.arange(across) % stride == 0)
-    solid = _rows(da * (np.sin(e + de / 2) - np.sin(e - de / 2)), across)
-    sends, hears = (np.asarray(gain(flat), np.float32) for gain in (antenna.sends, antenna.hears))
-    return Tubes(
-        flat,
-        np.tile(sine.astype(np.float32), up),
-        _rows(np.sin(e), across),
-        _rows(da * level, across),
-        np.full(up * across, de, np.float32),
-        solid,
-        sends,
-        hears,
-        solid * sends * hears,
-        np.where(followed, np.float32(stride), np.float32(0)).ravel(),
-    )
-
-
-def _rows(values: np.ndarray, across: int) -> np.ndarray:
-    return np.repeat(values.astype(np.float32), across)
-
-
-def joined(parts: list[Tubes]) -> Tubes:
-    """Several as one."""
-    return Tubes(*(np.concatenate([getattr(part, each.name) for part in parts], -1) for each in fields(Tubes)))
+    level, sine, followed = np.cos(e), np.sin(a), np.arange(up)[:, None] % stride + np.arange(across) % stride == 0
+    for array, value in (
+        (tubes.directions[0], level[:, None] * np.cos(a)),
+        (tubes.directions[1], level[:, None] * sine),
+        (tubes.directions[2], np.sin(e)[:, None]),
+        (tubes.azimuth, sine),
+        (tubes.elevation, np.sin(e)[:, None]),
+        (tubes.width, (da * level)[:, None]),
+        (tubes.height, de),
+        (tubes.solid, (da * (np.sin(e + de / 2) - np.sin(e - de / 2)))[:, None]),
+        (tubes.wide, np.where(followed, stride, 0)),
+    ):
+        array.reshape(up, across)[:] = value
+    tubes.sends[:] = antenna.sends(tubes.directions)
+    tubes.hears[:] = tubes.sends if antenna.rx is antenna.tx else antenna.hears(tubes.directions)
+    np.multiply(tubes.solid, tubes.sends, out=tubes.weight)
+    np.multiply(tubes.weight, tubes.hears, out=tubes.weight)
 
 
 def windows(
@@ -135,22 +117,23 @@ def windows(
 
 
 def finer(
-    found: list[tuple[int, tuple[float, float], tuple[float, float]]], rays: int, antenna: Antenna
-) -> tuple[Tubes, np.ndarray] | None:
-    """A grid over each window, of square steps as far as whole numbers of them allow, and the numbers (n,) int32 of
-    the windows of its rays; None for no window.
+    found: list[tuple[int, tuple[float, float], tuple[float, float]]], tubes: Tubes, rays: int, antenna: Antenna
+) -> np.ndarray | None:
+    """Fills tubes, after the first `rays` of the fan, with a grid over each window, of square steps as far as whole
+    numbers of them allow; gives the numbers (n,) int32 of the windows of its rays, None for no window.
 
-    rays: of the fan. Windows beyond their `SHARE` are left out, and keep the rays of the fan.
+    Windows beyond their `SHARE` are left out, and keep the rays of the fan.
     """
     budget = rays // SHARE
     found = found[: max(0, budget // LEAST_EACH)]
     if not found:
         return None
     each = min(MOST_EACH, budget // len(found))
-    parts = []
+    counts, first = [], rays
     for _, azimuth, elevation in found:
         wide, tall = azimuth[1] - azimuth[0], elevation[1] - elevation[0]
         across = int(np.clip(round(float(np.sqrt(each * wide / tall))), 1, each))
-        parts.append(grid(azimuth, elevation, across, max(1, each // across), antenna))
-    owner = np.repeat(np.array([number for number, *_ in found], np.int32), [len(part) for part in parts])
-    return joined(parts), owner
+        counts.append(across * max(1, each // across))
+        fill(tubes.part(first, first + counts[-1]), azimuth, elevation, across, antenna)
+        first += counts[-1]
+    return np.repeat(np.array([number for number, *_ in found], np.int32), counts)

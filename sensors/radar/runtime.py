@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -38,8 +34,8 @@ from .names import PRIM_TYPE
 from .noise import Noise
 from .planes import planes_of
 from .prim import read_config
-from .rays import SHARE, Tubes, finer, grid, windows
-from .tracing import Each, Tracer
+from .rays import SHARE, Tubes, fill, finer, windows
+from .tracing import Tracer
 from .waves import Setting
 
 if TYPE_CHECKING:
@@ -180,27 +176,25 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
     def _received(self, setting: Setting, scan: ScanConfig, fan: _Fan, grid: Grid) -> Cube:
         rotation, origin = setting.pose[:3, :3], setting.pose[:3, 3]
         fan.turn(rotation)
-        close, small = self._close_looks(setting, scan, fan)
+        owner, small = self._close_looks(setting, scan, fan)
         bundle = RayBundle(
             *(origin, fan.table, None, self.exclude, setting.seen, fan.grid),
             columns=fan.columns,
             memory=fan.memory,
         )
-        with _workers(setting.world.threads) as each:
-            tracer = Tracer(setting, grid, each)
-            beams = [tracer.beam(0, bundle, fan.angle, skip=small)]
-            tubes = fan.tubes
-            if close is not None:
-                tubes, owner = close
-                columns = (rotation @ tubes.directions).astype(np.float32)
-                table = np.empty((len(tubes), 6), np.float32)
-                table[:, 3:6] = columns.T
-                bundle = RayBundle(origin, table, exclude=self.exclude, reach=setting.seen, columns=columns)
-                angle, *_ = grid.angles(tubes.azimuth, tubes.elevation)
-                beams.append(tracer.beam(len(fan.angle), bundle, angle, owner=owner))
-                tubes = fan.tubes.and_more(len(fan.angle), tubes)
-            parts = tracer.parts(tubes, beams)
-        return merged(grid, parts)
+        tracer = Tracer(setting, grid)
+        beams = [tracer.beam(0, bundle, fan.angle, skip=small)]
+        first = end = len(fan.angle)
+        if owner is not None:
+            end += len(owner)
+            close = fan.tubes.part(first, end)
+            columns = setting.to_world(close.directions)
+            table = np.empty((len(owner), 6), np.float32)
+            table[:, 3:6] = columns.T
+            bundle = RayBundle(origin, table, exclude=self.exclude, reach=setting.seen, columns=columns)
+            angle, *_ = grid.angles(close.azimuth, close.elevation)
+            beams.append(tracer.beam(first, bundle, angle, owner=owner))
+        return merged(grid, tracer.parts(fan.tubes.part(0, end), beams))
 
     def _standing(self, setting: Setting) -> tuple[Any, ...] | None:
         """What decides what comes back: equal where nothing moved; None where surfaces deform."""
@@ -247,10 +241,12 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
             scan = self.config.scans[number]
             across, up = scan.grid(self._app.fidelity.radar_rays)
             limit = scan.azimuth_limit
-            tubes = grid((-limit, limit), scan.elevations, across, up, self._antenna(scan), stride=STRIDE)
-            count = len(tubes)
+            count = across * up
+            room = Tubes.room(count + count // SHARE)
+            tubes = room.part(0, count)
+            fill(tubes, (-limit, limit), scan.elevations, across, self._antenna(scan), stride=STRIDE)
             self._fans[number] = _Fan(
-                tubes.with_room(count // SHARE),
+                room,
                 Grid.of(scan, 0).angles(tubes.azimuth, tubes.elevation)[0],
                 np.zeros((count, 6), np.float32),
                 np.zeros((3, count), np.float32),
@@ -260,10 +256,8 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
             )
         return self._fans[number]
 
-    def _close_looks(
-        self, setting: Setting, scan: ScanConfig, fan: _Fan
-    ) -> tuple[tuple[Tubes, np.ndarray] | None, np.ndarray]:
-        """Finer rays over what few rays of the fan meet, the surface (n,) of each; and which those are, (s,) bool."""
+    def _close_looks(self, setting: Setting, scan: ScanConfig, fan: _Fan) -> tuple[np.ndarray | None, np.ndarray]:
+        """The surface (n,) of each of finer rays over what few rays of the fan meet; which those are, (s,) bool."""
         world = setting.world
         small = np.zeros(len(world.surfaces) + 1, bool)  # one more, for a miss
         boxes = _boxes(world, self.exclude)
@@ -278,10 +272,10 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
             local[moving] = np.einsum("sij,scj->sci", pose[:, :3, :3], boxes[moving]) + pose[:, None, :3, 3]
         corners = (local - setting.pose[:3, 3]) @ setting.pose[:3, :3]
         found = windows(corners, scan.azimuth_limit, scan.elevations, fan.step, setting.reach)
-        close = finer(found, len(fan.angle), setting.antenna)
-        if close is not None:
-            small[np.unique(close[1])] = True
-        return close, small
+        owner = finer(found, fan.tubes, len(fan.angle), setting.antenna)
+        if owner is not None:
+            small[owner] = True
+        return owner, small
 
     def _arrays(self, found: Detections, scan: ScanConfig, tick: Tick) -> dict[str, np.ndarray]:
         """The requested channels."""
@@ -313,18 +307,6 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
         if self.config.output_frame_of_reference == "WORLD":
             return self.pose(tick.poses)
         return self._custom
-
-
-@contextmanager
-def _workers(threads: int) -> Iterator[Each]:
-    """`map` on so many threads; 0: on all cores."""
-    if not threads:
-        threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    if threads == 1:
-        yield map
-        return
-    with ThreadPoolExecutor(threads) as pool:
-        yield pool.map
 
 
 def _boxes(world: CastWorld, exclude: frozenset[str]) -> np.ndarray:

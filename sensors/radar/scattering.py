@@ -70,7 +70,8 @@ def again(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
     if not setting.reflections.scatters:
         return
     power = _scattered(setting, tubes.weight, tubes, met)
-    power *= (met.cosine / met.way**2).astype(np.float32) * _passed(met)
+    power *= met.cosine * _passed(met)
+    power /= (met.way**2).astype(np.float32)
     power *= met.way < setting.seen
     yield _with_power(met.way, met.rate_again(), *_own(tubes, met), power)
 
@@ -82,7 +83,7 @@ def rough(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
     row, rate, antenna = met.waves.row, met.rate(), setting.antenna
     back = met.back.astype(np.float32)
     sent = _scattered(setting, tubes.solid, tubes, met)
-    sent *= (np.abs(dot(met.normal, met.back)) / met.out**2).astype(np.float32)
+    sent *= (np.abs(met.rise) / met.out**2).astype(np.float32)
     first, second = sent * np.take(tubes.sends, row), sent * np.take(tubes.hears, row)
     yield _with_power(met.range_m, rate, _azimuth(back), back[2], first * antenna.hears(back))
     yield _with_power(met.range_m, rate, *_own(tubes, met), second * antenna.sends(back))
@@ -222,21 +223,19 @@ def flat(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
     size = np.take(tubes.solid, row) * wide**2
     size *= np.float32(math.sqrt(antenna.power) / (4.0 * math.pi))
     gain = np.take(tubes.sends, row)
-    turning = met.way / met.slope
+    turning = met.way / (met.slope * -antenna.wavelength)
     if back is direction:
         azimuth, height = _own(tubes, met)
         size *= np.sqrt(gain * np.take(tubes.hears, row))
-        growths = [each * turning * -2.0 for each in tangential(tubes, met.waves, met.normal)]
+        vectors = met.normal * (2.0 * turning)
     else:
         local = back.astype(np.float32)
         azimuth, height = _azimuth(local), local[2]
         size *= np.sqrt(gain * antenna.hears(local)) * (met.way / met.out).astype(np.float32)
         turning *= 1.0 + dot(back, direction)
-        tilts, away = (tangential(tubes, met.waves, each) for each in (met.normal, back))
-        growths = [met.way * one - turning * tilt for one, tilt in zip(away, tilts, strict=True)]
-    for angle, growth in zip((tubes.width, tubes.height), growths, strict=True):
-        growth /= antenna.wavelength
-        size *= np.sinc(growth.astype(np.float32) * (wide * np.take(angle, row)))
+        vectors = met.normal * turning + back * (met.way / antenna.wavelength)
+    for angle, growth in zip((tubes.width, tubes.height), tangential(tubes, met.waves, vectors), strict=True):
+        size *= _sinc(growth * (wide * np.take(angle, row)))
     way = met.way + met.out
     waves = way / antenna.wavelength
     turn = ((np.rint(waves) - waves) * (2.0 * np.pi)).astype(np.float32)
@@ -251,6 +250,13 @@ def flat(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]:
     found.field, found.group = field, face_keys(setting, met)
     found.zone = np.sqrt((antenna.wavelength / way).astype(np.float32))
     yield found
+
+
+def _sinc(turns: np.ndarray) -> np.ndarray:
+    """sin(pi x) / (pi x) of x (k,) float32; `np.sinc` without its special case for 0."""
+    half = turns * np.float32(np.pi)
+    half += np.float32(1e-20)
+    return np.asarray(np.sin(half) / half)
 
 
 def _wide(tubes: Tubes, met: Met) -> np.ndarray | np.float32:
@@ -268,7 +274,7 @@ def mirrored(setting: Setting, met: Met) -> np.ndarray:
 
 def _mirrors(met: Met) -> np.ndarray:
     """Whether the ways in and back, of faces that the radar looks at from the lit side, are near those of a mirror."""
-    across = met.cosine + np.abs(dot(met.normal, met.back))
+    across = np.abs(met.slope) + np.abs(met.rise)
     middle = 2.0 + 2.0 * dot(met.waves.direction, met.back)
     return np.asarray(across > MIRROR * np.sqrt(np.maximum(middle, 0.0)))
 
@@ -280,7 +286,7 @@ def facing(setting: Setting, met: Met) -> np.ndarray:
         sends |= setting.reflections.diffuse(met.table) > 0
     if setting.planes.any_curved:
         sends |= setting.planes.curved[met.plane] & (met.plane != NO_PLANE)
-    sends &= dot(met.normal, met.back) * met.slope > 0
+    sends &= met.rise * met.slope > 0
     sends &= met.back[0] > 0
     sends &= met.way + met.out < 2.0 * setting.seen
     return np.flatnonzero(sends)

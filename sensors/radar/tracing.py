@@ -1,10 +1,13 @@
-"""Tubes followed from face to face: block by block on all cores, in an order that does not depend on their number."""
+"""Tubes followed from face to face, block by block.
+
+Blocks are not shared out to threads: what each does to its arrays is so short that handing over the interpreter's lock
+took longer than the second core saved.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -20,9 +23,6 @@ from .waves import Met, Sent, Setting, Waves, cast_first, first_waves, in_sight,
 
 BLOCK = 65_536
 """Tubes that are worked on at once: their numbers fit into a core's cache."""
-
-Each = Callable[[Callable[[Any], Any], Iterable[Any]], Iterable[Any]]
-"""`map`, or that of a pool of threads."""
 
 
 @dataclass(slots=True)
@@ -41,7 +41,6 @@ class Tracer:
 
     setting: Setting
     grid: Grid
-    each: Each = map
 
     def beam(
         self,
@@ -62,8 +61,7 @@ class Tracer:
     def parts(self, tubes: Tubes, beams: list[Beam]) -> list[Part]:
         """The parts of the cube that tubes bring."""
         setting = self.setting
-        pieces = [piece for beam in beams for piece in beam.blocks(BLOCK)]
-        blocks = list(self.each(partial(self._first, tubes), pieces))
+        blocks = [self._first(tubes, *piece) for beam in beams for piece in beam.blocks(BLOCK, setting.seen)]
         found: list[Part] = []
         grouped: list[Arrivals] = []
         images = Images.none()
@@ -79,17 +77,14 @@ class Tracer:
             if not len(row):
                 break
             rows = [row[start : start + BLOCK] for start in range(0, len(row), BLOCK)]
-            met = list(self.each(partial(self._met, tubes, bounce + 1, waves, hits), rows))
+            met = [self._met(tubes, bounce + 1, waves, hits, some) for some in rows]
             seen = self._seen([(each, towards) for each, towards, _ in met])
             found += [part for *_, parts in met for part in parts]
-            jobs = [(each, at) for (each, *_), at in zip(met, seen, strict=True)]
-            blocks = list(self.each(partial(self._again, tubes, bounce + 1), jobs))
-        found += self.each(partial(summed, self.grid), grouped)
-        return found
+            blocks = [self._again(tubes, bounce + 1, each, at) for (each, *_), at in zip(met, seen, strict=True)]
+        return [*found, *(summed(self.grid, each) for each in grouped)]
 
-    def _first(self, tubes: Tubes, piece: tuple[Beam, slice]) -> _Block:
-        setting, beam = self.setting, piece[0]
-        seen = lit(setting, *piece)
+    def _first(self, tubes: Tubes, beam: Beam, part: slice) -> _Block:
+        setting, seen = self.setting, lit(self.setting, beam, part)
         back = [scattered(setting, tubes, beam, seen)] if setting.reflections.scatters else []
 
         def met(rows: np.ndarray) -> Met:
@@ -116,9 +111,8 @@ class Tracer:
         ends = np.cumsum([len(rows) for _, rows in facing])
         return [rows[part] for (_, rows), part in zip(facing, np.split(seen, ends[:-1]), strict=True)]
 
-    def _again(self, tubes: Tubes, bounce: int, job: tuple[Met, np.ndarray]) -> _Block:
-        (met, rows), setting = job, self.setting
-        seen = met.at(rows)
+    def _again(self, tubes: Tubes, bounce: int, met: Met, rows: np.ndarray) -> _Block:
+        setting, seen = self.setting, met.at(rows)
         fields = list(flat(setting, tubes, seen.at(mirrored(setting, seen))))
         glints = [*curved(setting, tubes, seen), *curved_again(setting, tubes, met)]
         for each in (*fields, *glints):

@@ -151,9 +151,9 @@ class Met(_Rows):
     """Faces that waves meet: k of them, vectors (3, k).
 
     way: [m] in all. back: unit from the radar to it, out: [m] of that. plane: its number, `NO_PLANE` where it is not
-    known. normal: of the plane. slope: its component along the wave. table: place in the reflection tables. coming: the
-    rate of the way in is that [m/s] times the direction; going: that of the way straight back is that times `back`;
-    None where nothing moves.
+    known. normal: of the plane. slope, rise: its components along the wave and along `back`. cosine: (k,) float32 of
+    incidence. table: place in the reflection tables. coming, going: rates [m/s] of the ways in and straight back, None
+    where nothing moves.
     """
 
     waves: Waves
@@ -163,6 +163,7 @@ class Met(_Rows):
     plane: np.ndarray
     normal: np.ndarray
     slope: np.ndarray
+    rise: np.ndarray
     cosine: np.ndarray
     table: np.ndarray
     coming: np.ndarray | None = None
@@ -178,14 +179,12 @@ class Met(_Rows):
 
     def rate(self) -> np.ndarray:
         """Half the rate (k,) [m/s] of the way in and straight back."""
-        rate = self.rate_again()
-        if self.going is None or (self.going is self.coming and self.back is self.waves.direction):
-            return rate
-        return np.asarray((rate + dot(self.going, self.back)) / 2.0)
+        again = self.rate_again()
+        return again if self.going is None or self.going is again else np.asarray((again + self.going) / 2.0)
 
     def rate_again(self) -> np.ndarray:
         """The rate (k,) [m/s] of the way in, which is also the way back."""
-        return np.broadcast_to(0.0, len(self)) if self.coming is None else dot(self.coming, self.waves.direction)
+        return np.broadcast_to(0.0, len(self)) if self.coming is None else self.coming
 
 
 def cast_first(setting: Setting, bundle: RayBundle) -> Hits:
@@ -236,9 +235,11 @@ def in_sight(setting: Setting, out: np.ndarray, back: np.ndarray) -> np.ndarray:
 
 
 def tangential(tubes: Tubes, waves: Waves, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The components (k,) of vectors (3, k) across and up of tubes, mirrored as the waves were."""
+    """The components (k,) of vectors (3, k) across and up of tubes, mirrored as the waves were, float32."""
+    vectors = vectors.astype(np.float32, copy=False)
     if waves.image is not None:
-        vectors = np.einsum("jik,jk->ik", np.take(waves.images.unturned, waves.image, axis=2), vectors)
+        unturned = waves.images.unturned.astype(np.float32)
+        vectors = np.einsum("jik,jk->ik", np.take(unturned, waves.image, axis=2), vectors)
     return tubes.tangential(waves.row, vectors)
 
 
@@ -269,55 +270,57 @@ def meet(setting: Setting, waves: Waves, hits: Hits, row: np.ndarray, plane: np.
         height -= dot(normal, place)
     with np.errstate(divide="ignore", invalid="ignore"):
         way = height / slope
-    cosine = np.abs(slope)
+    cosine = np.abs(slope).astype(np.float32)
     before = 0.0 if waves.travelled is None else waves.travelled
     kept = (cosine > GRAZING) & (way > before) & (way < 2 * setting.reach)
-    out, back = way, waves.direction
+    out, back, rise = way, waves.direction, slope
     if place is not None:
-        point = waves.direction * way
-        point += place
-        out = np.sqrt(dot(point, point))
-        back = point / np.maximum(out, 1e-9)
+        back = waves.direction * way
+        back += place
+        out = np.sqrt(dot(back, back))
+        back /= np.maximum(out, 1e-9)
+        rise = dot(normal, back)
     table = np.take(setting.tables, plane) + setting.reflections.steps(cosine)
     if len(unknown):
         first = setting.reflections.of_surfaces(hits.surfaces(row[unknown]))
         table[unknown] += first - setting.tables[NO_PLANE]
-    met = Met(waves, way, back, out, plane, normal, slope, cosine, table)
+    met = Met(waves, way, back, out, plane, normal, slope, rise, cosine, table)
     if not setting.still:
-        met.coming, met.going = _velocities(setting, waves, plane)
+        met.coming, met.going = _rates(setting, waves, plane, back)
     if len(unknown):
         _add_within(setting, met, unknown, hits, row[unknown])
     return met if kept.all() else met.at(np.flatnonzero(kept))
 
 
-def _velocities(setting: Setting, waves: Waves, plane: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """`coming` and `going` (3, k) of waves that meet planes of rigid bodies."""
-    twists, images, image = setting.speeds, waves.images, waves.image
+def _rates(setting: Setting, waves: Waves, plane: np.ndarray, back: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """`coming` and `going` (k,) of waves that meet planes of rigid bodies."""
+    speeds, images, image = setting.speeds, waves.images, waves.image
     if setting.alike:
-        going = np.broadcast_to(twists.linear[-1][:, None], waves.direction.shape)
+        going = np.einsum("i,ik->k", speeds.linear[-1], back)
         if image is None:
             return going, going
-        return _taken((images.rate + twists.at(-1, images.place)).T, image), going
+        return dot(_taken((images.rate + speeds.at(-1, images.place)).T, image), waves.direction), going
     body = np.take(setting.planes.body, plane)
-    going = _taken(twists.linear.T, body)
+    going = dot(_taken(speeds.linear.T, body), back)
     if image is None:
         return going, going
-    rate = _taken(images.rate.T, image) + twists.at(body, np.take(images.place, image, axis=0)).T
-    return rate, going
+    rate = _taken(images.rate.T, image) + speeds.at(body, np.take(images.place, image, axis=0)).T
+    return dot(rate, waves.direction), going
 
 
 def _add_within(setting: Setting, met: Met, some: np.ndarray, hits: Hits, row: np.ndarray) -> None:
     """Adds how points on meshes that deform move within these: some (m,) of the waves, the hits `row` (m,)."""
-    within = np.zeros((3, len(met)))
-    within[:, some] = setting.rotation.T @ speeds_within(setting, hits.surfaces(row), hits, row)
-    alone = met.going is None or met.going is met.coming
-    coming, going = (within if rate is None else rate + within for rate in (met.coming, met.going))
-    met.coming, met.going = coming, coming if alone else going
+    within = setting.rotation.T @ speeds_within(setting, hits.surfaces(row), hits, row)
+    rates = np.zeros((2, len(met)))
+    if met.coming is not None and met.going is not None:
+        rates += met.coming, met.going
+    rates[0, some] += dot(within, met.waves.direction[:, some])
+    rates[1, some] += dot(within, met.back[:, some])
+    met.coming, met.going = rates
 
 
 def speeds_within(setting: Setting, surface: np.ndarray, hits: Hits, row: np.ndarray) -> np.ndarray:
-    """Velocities (3, k), world axes, of points on meshes that deform: those of the triangles' corners, by their shares.
-    """
+    """Velocities (3, k) of points on meshes that deform, from those of the triangles' corners; in the world's axes."""
     assert hits.spots is not None
     found = np.zeros((3, len(row)))
     for number in np.unique(surface).tolist():
@@ -339,15 +342,22 @@ def reflected(setting: Setting, met: Met) -> Sent:
     if before is not None:
         left = left * before
     flat = left.real**2 + left.imag**2 > FAINTEST**2
-    flat &= ~np.take(setting.curved, met.plane) & (met.plane != NO_PLANE)
-    if not flat.all():
-        rows = np.flatnonzero(flat)
-        met, left = met.at(rows), left[rows]
-    waves, mirror = met.waves, met.plane
+    if planes.any_curved:
+        flat &= ~np.take(setting.curved, met.plane)
+    if setting.deforms:
+        flat &= met.plane != NO_PLANE
+    rows = np.flatnonzero(flat)
+
+    def some(one: np.ndarray) -> np.ndarray:
+        return one if len(rows) == len(flat) else _taken(one, rows)
+
+    waves, mirror = met.waves, some(met.plane)
     if waves.image is not None:
-        mirror = mirror + waves.image * len(planes.normal)
-    direction = waves.direction - 2.0 * met.slope * met.normal
-    return Sent(waves.row, direction, met.way, left, mirror, met.back * met.out)
+        mirror = mirror + some(waves.image) * len(planes.normal)
+    direction = some(met.normal) * (-2.0 * some(met.slope))
+    direction += some(waves.direction)
+    start = some(met.back) * some(met.out)
+    return Sent(some(waves.row), direction, some(met.way), some(left), mirror, start)
 
 
 def _cast_on(setting: Setting, direction: np.ndarray, start: np.ndarray) -> Hits:
@@ -369,20 +379,17 @@ def _table(setting: Setting, direction: np.ndarray) -> np.ndarray:
 
 
 def _taken(array: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Some rows of (k,) or of vectors (3, k)."""
+    """Some rows, from -n to n - 1, of (n,) or of vectors (3, n)."""
+    if array.strides[-1] == 0:  # one for all
+        return array[..., : len(rows)]
     if array.ndim == 1:
         return np.take(array, rows)
-    if array.strides[1] == 0:  # one vector for all
-        return array[:, : len(rows)]
     found = np.empty((len(array), len(rows)), array.dtype)
     for column, out in zip(array, found, strict=True):
-        np.take(column, rows, out=out)
+        np.take(column, rows, out=out, mode="wrap")  # other modes copy `out`, or the whole of `array`
     return found
 
 
 def dot(one: np.ndarray, two: np.ndarray) -> np.ndarray:
     """Dot products (k,) of vectors (3, k)."""
-    total = one[0] * two[0]
-    total += one[1] * two[1]
-    total += one[2] * two[2]
-    return np.asarray(total)
+    return np.asarray(np.einsum("ik,ik->k", one, two))
