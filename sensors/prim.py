@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from graph.base import exact
 from graph.base.errors import UserError
+from graph.base.suggest import did_you_mean
 
 from .channels import AuxLevel
 from .errors import SensorValueError
@@ -153,6 +154,24 @@ def value_of(prim: Usd.Prim, name: str) -> Any:
     """The value of an attribute; None if the prim does not have it."""
     attribute = prim.GetAttribute(name)
     return attribute.Get() if attribute else None
+
+
+def unknown_attributes(prim: Usd.Prim, prefix: str, families: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+    """Attributes under a prefix that a prim authors and that have no effect, each with the reason.
+
+    families: prefix -> API schema, of those that have instances.
+    """
+    known = [str(name) for name in prim.GetPrimDefinition().GetPropertyNames() if str(name).startswith(prefix)]
+    applied, there = set(map(str, prim.GetAppliedSchemas())), set(known)
+    for name in map(str, prim.GetAuthoredPropertyNames()):
+        if not name.startswith(prefix) or name in there:
+            continue
+        family = next((each for each in families if name.startswith(each)), "")
+        schema = f"{families[family]}:{name.removeprefix(family).split(':')[0]}" if family else ""
+        if schema and schema not in applied:
+            yield name, f"no effect: it counts only with the schema {schema}"
+        else:
+            yield name, f"no effect: no schema of the prim has it{did_you_mean(name, known)}"
 
 
 def reading_problems(prim: Usd.Prim, *reads: Callable[[Usd.Prim], object]) -> Iterator[str]:

@@ -14,6 +14,9 @@ MOUNT_API, MOUNT_PREFIX = "OmniSensorWpmAcousticSensorMountAPI", f"{PREFIX}senso
 GROUP_API, GROUP_PREFIX = "OmniSensorWpmAcousticRxGroupAPI", f"{PREFIX}rxGroup:"
 FIRING_API, FIRING_PREFIX = "OmniSensorWpmAcousticFiringSeqAPI", f"{PREFIX}firingSeq:"
 
+FAMILIES = {MOUNT_PREFIX: MOUNT_API, GROUP_PREFIX: GROUP_API, FIRING_PREFIX: FIRING_API}
+"""Prefix of attributes -> the schema whose instances have them."""
+
 OWN_CHANNELS = (  # x, y and z of a GenericModelOutput
     Channel("txMount", np.dtype("<u4"), doc="number of the mount that sent"),
     Channel("rxMount", np.dtype("<u4"), doc="number of the mount that heard"),

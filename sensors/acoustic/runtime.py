@@ -11,12 +11,13 @@ import numpy as np
 from graph.sim.renderer.schedule import Tick
 from sensors.gmo import ElementFlags
 from sensors.output_frame import pose_of
+from sensors.prim import unknown_attributes
 from sensors.raycast.shared import cast_world
 from sensors.runtime import Measurement, SensorRuntime
 
 from .config import IGNORED, AcousticConfig, Way, read_config
 from .fan import fan
-from .names import PREFIX, PRIM_TYPE
+from .names import FAMILIES, PREFIX, PRIM_TYPE
 from .signals import Air, Beam, Lit, Scene, direct, echoes
 from .waves import SPEED_OF_SOUND, Membrane, envelope
 
@@ -43,6 +44,8 @@ class AcousticRuntime(SensorRuntime[AcousticConfig]):
                 self.path,
                 f"{', '.join(ignored)}: no effect here; README.md says how acoustic sensors are modelled",
             )
+        for name, reason in unknown_attributes(prim, PREFIX, FAMILIES):
+            self._app.warn("sensor-attribute-unknown", f"{self.path}.{name}", reason)
         return read_config(prim)
 
     def configure(self) -> None:

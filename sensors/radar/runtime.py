@@ -17,6 +17,7 @@ from sensors.frame import cartesian, spherical
 from sensors.gmo import ElementFlags
 from sensors.motion.velocities import twists_at
 from sensors.output_frame import custom_frame
+from sensors.prim import unknown_attributes
 from sensors.raycast.rays import RayBundle, RayMemory
 from sensors.raycast.shared import cast_world, surface_materials
 from sensors.raycast.standing import excluded
@@ -30,7 +31,7 @@ from .cube import Cube, Grid, as_chirps_give, merged
 from .detector import MOST_DETECTIONS, Detections, detections, limits
 from .images import Twists
 from .materials import Reflections
-from .names import PRIM_TYPE
+from .names import PREFIX, PRIM_TYPE, SCAN_API, SCAN_PREFIX
 from .noise import Noise
 from .planes import planes_of
 from .prim import read_config
@@ -94,6 +95,8 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
 
     def read(self, prim: Usd.Prim) -> RadarConfig:
         """The configuration that the prim describes."""
+        for name, reason in unknown_attributes(prim, PREFIX, {SCAN_PREFIX: SCAN_API}):
+            self._app.warn("sensor-attribute-unknown", f"{self.path}.{name}", reason)
         return read_config(prim)
 
     def configure(self) -> None:

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from pxr import Sdf
 
 import sensors.replicator as rep
 from graph.sim import App
@@ -148,3 +149,18 @@ def test_the_product_renders_a_radar_in_every_update_with_a_warning():
             codes = [warning.code for warning in app.warnings]
         assert ("radar-tick-rate-ignored" in codes) is (parity != "documented")
     assert frames == {"documented": 4, "isaacsim-6.0.1": 11}  # the product delivers a frame one update later
+
+
+def test_attributes_that_no_schema_has_are_named_in_a_warning(app):
+    """A name in other letters, and a scan configuration whose schema nobody applied."""
+    radar = Radar("/World/Radar", app=app)
+    for name in ("wavelengthmm", "scan:s001:RaysPerDeg", "scan:s002:maxRangeM"):
+        radar.prim.CreateAttribute(f"{WPM}{name}", Sdf.ValueTypeNames.Float, custom=False).Set(2.0)
+    RadarSensor(radar)
+    found = {one.where.rpartition("WpmDmat:")[2]: one.message for one in app.warnings}
+    assert found["wavelengthmm"] == f'no effect: no schema of the prim has it; did you mean "{WPM}waveLengthMm"?'
+    assert "scan:s001:raysPerDeg" in found["scan:s001:RaysPerDeg"]
+    assert found["scan:s002:maxRangeM"] == (
+        "no effect: it counts only with the schema OmniSensorGenericRadarWpmDmatScanCfgAPI:s002"
+    )
+    assert {one.code for one in app.warnings} == {"sensor-attribute-unknown"}
