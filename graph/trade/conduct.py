@@ -104,11 +104,14 @@ def timed_length(study: Study, reference: Measured) -> Fraction:
 
 
 def _check_read(study: Study, runs: list[Measured]) -> None:
-    """Raises UserError for varied knobs that nothing asked for, neither in the reference nor in its refinement."""
+    """Raises UserError for knobs that nothing asked for, neither in the reference nor in its refinement."""
     read = frozenset().union(*(run.read for run in runs))
     problems = [
-        Problem(f"--vary {name}: nothing in this file reads this knob at {text_of(study.reference)}; leave it out")
-        for name in study.varied
+        Problem(f"{option} {name}: nothing in this file reads this knob at {text_of(study.reference)}; leave it out")
+        for option, name in [
+            *(("--vary", name) for name in study.varied),
+            *(("--reference", name) for name in study.reference if name not in study.varied),
+        ]
         if name not in read
     ]
     if problems:

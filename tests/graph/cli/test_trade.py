@@ -162,6 +162,15 @@ def test_a_knob_that_nothing_reads_is_refused(graph, ball):
     ]
 
 
+def test_a_knob_of_the_reference_that_nothing_reads_is_refused_too(graph, ball):
+    result = graph("trade", ball, "--vary", "physics.hz=60", "--reference", "lidar.bins=16")
+    assert result.code == 2
+    assert result.err == (
+        "graph: --reference lidar.bins: nothing in this file reads this knob at physics.hz=60 lidar.bins=16; leave it "
+        "out\n"
+    )
+
+
 def test_a_setting_that_diverges_is_a_row(graph, folder):
     (folder / "plate.yaml").write_text(
         "tickgraph: 1\nscene:\n  prims:\n    /World/Plate: {type: Cube, size: 1, scale: [2, 1, 0.1], mass: 1, "
