@@ -32,6 +32,7 @@ class Metric:
 
 
 _BODIES, _CONTACTS = "a body that moves", "a body that moves and touches something"
+_FAST = "a body that moves faster than 0.1 m/s"
 _LIDAR, _RADAR, _CAMERA, _ANY = (
     f"{what} that something in the graphs reads" for what in ("a lidar", "a radar", "a camera", "a sensor")
 )
@@ -47,9 +48,9 @@ ERRORS: dict[str, Metric] = {
         "rad", "angle between bodies and themselves, root mean square over bodies and time", _BODIES
     ),
     "body.orientation_final": Metric("rad", "largest angle between a body and itself at the end", _BODIES),
-    "body.energy_drift": Metric("", "difference of the whole energy, in the largest kinetic energy", _BODIES),
-    "body.momentum_drift": Metric("", "difference of the whole momentum, in the largest sum of momenta", _BODIES),
-    "body.spin_drift": Metric("", "difference of the whole angular momentum, in the largest sum of them", _BODIES),
+    "body.energy_drift": Metric("", "difference of the whole energy, in the largest kinetic energy", _FAST),
+    "body.momentum_drift": Metric("", "difference of the whole momentum, in the largest sum of momenta", _FAST),
+    "body.spin_drift": Metric("", "difference of the whole angular momentum, in the largest sum of them", _FAST),
     "contact.penetration_max": Metric("m", "deepest contact of the run itself", _BODIES, alone=True),
     "contact.creep_max": Metric(
         "m/s", "speed of bodies that rest in the reference, second half", _CONTACTS, alone=True

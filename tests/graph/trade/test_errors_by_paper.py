@@ -176,6 +176,18 @@ scene:
     assert 1e-5 < same["contact.penetration_max"] < 5e-3
 
 
+def test_what_rests_has_no_drift(measured):
+    """10 um of sinking under 9.81 N are 1e-4 J, and no share of a kinetic energy that is nearly 0."""
+    rest = """\
+tickgraph: 1
+scene: {prims: {/Ground: {type: Plane}, /Box: {type: Cube, size: 0.5, translate: [0, 0, 0.25], rigid_body: true}}}
+"""
+    coarse, fine = (measured(rest, 1, physics__hz=Fraction(hz)) for hz in (120, 480))
+    errors = errors_of(coarse, fine, Horizon(1.0))
+    assert 0 < errors["body.position_max"] < 1e-3
+    assert not {"body.energy_drift", "body.momentum_drift", "body.spin_drift"} & set(errors)
+
+
 def test_a_timed_run_charges_every_part_once(tmp_path):
     file = tmp_path / "a.yaml"
     file.write_text(DRIVING)
