@@ -138,6 +138,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         return FAILED
     except Exception as error:
         _trace(debug)
+        if isinstance(error, RuntimeError) and str(error).startswith("Symlink loop"):  # of pathlib before Python 3.13
+            _complain([f"graph: {error}: its links lead to themselves; name a file or folder that is there"])
+            return WRONG_INPUT
         if type(error).__module__ == "pxr.Tf":  # of a damaged scene, in an unexpected place
             from graph.sim.damage import reason_of
 

@@ -65,6 +65,8 @@ def read(path: Path, name: str) -> Source:
         if path.is_dir():
             raise UserError(f"{name} is a folder; name a graph file (.yaml, .json or .usda) in it")
         if not path.exists():
+            if path.is_symlink():
+                raise UserError(f"{name} is a link to a file that is not there; correct the link")
             raise UserError(f"{name}: no such file{_near(path)}")
         if kind is None:
             raise UserError(f"{name}: {_no_graph_file(path)}")

@@ -146,6 +146,27 @@ def test_a_damaged_record_outside_the_chunks_is_left_out_of_the_index(said, tmp_
     assert len(list(McapSource(path).read())) == 3
 
 
+def test_what_qhull_prints_of_a_mesh_without_a_hull_is_not_shown(said, tmp_path):
+    """A tetrahedron 3.4e38 m high: its volume is more than a float32 holds."""
+    (tmp_path / "m.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 3.4e38\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    asset = '<asset><mesh name="m" file="m.obj"/></asset>'
+    body = '<worldbody><body><joint/><geom type="mesh" mesh="m"/></body></worldbody>'
+    (tmp_path / "m.xml").write_text(f"<mujoco>{asset}{body}</mujoco>")
+    (tmp_path / "g.json").write_text(json.dumps({"tickgraph": 1, "scene": {"mjcf": "m.xml"}}))
+    code, lines = said("check", "g.json")
+    assert code == 2
+    assert [line.split(":")[0] for line in lines] == ["m.xml"]
+
+
+def test_links_that_lead_to_themselves_or_to_nothing_are_named(said, tmp_path):
+    (tmp_path / "loop.yaml").symlink_to("loop.yaml")
+    (tmp_path / "gone.yaml").symlink_to("nowhere.yaml")
+    for name in ("loop.yaml", "gone.yaml"):
+        assert said("check", name) == (2, [f"graph: {name} is a link to a file that is not there; correct the link"])
+    code, lines = said("convert", "loop.yaml", "out.json")
+    assert (code, len(lines)) == (2, 1)
+
+
 def record(path, provenance=None):
     """Three messages."""
     bus, sink = MessageBus(), McapSink(path, provenance)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from graph.base.errors import Mark, Problem, UserError
+from graph.base.silence import silenced
 from graph.sim.physics.mujoco.library import mujoco
 from graph.sim.physics.mujoco.memory import give_memory
 from graph.sim.scene.stage import Warn
@@ -32,7 +33,8 @@ def load(document: Document, warn: Warn) -> tuple[Any, Any]:
             spec = mujoco.MjSpec.from_string(document.text, include=document.models, assets=document.assets)
             _name_all(spec)
             give_memory(spec, len(spec.bodies))
-            model = spec.compile()
+            with silenced():  # Qhull prints pages about meshes that have no hull
+                model = spec.compile()
         except (ValueError, mujoco.FatalError) as error:
             raise UserError(_problem(document, str(error))) from error
     _check_numbers(document, model)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graph.base.errors import UserError
+from graph.base.silence import silenced
 from graph.sim import transforms
 from graph.sim.physics.model import Collider, Volume
 from graph.sim.scene.stage import Warn
@@ -53,7 +54,8 @@ def new_spec() -> Any:
 def compiled(spec: Any) -> Any:
     """The model of a specification. Raises UserError with MuJoCo's text if MuJoCo refuses it."""
     try:
-        return spec.compile()
+        with silenced():  # Qhull prints pages about meshes that have no hull
+            return spec.compile()
     except ValueError as error:
         raise UserError(f"the scene's physics cannot be built: {' '.join(str(error).split())}") from error
 
@@ -144,7 +146,8 @@ def _volume(collider: Collider, warn: Warn) -> Volume | None:
     spec = new_spec()
     try:
         add_geom(spec.worldbody.add_body(), collider, Meshes(spec), "only", Grip(1.0), density=1.0)
-        model = spec.compile()
+        with silenced():
+            model = spec.compile()
     except ValueError as error:
         words = " ".join(str(error).partition("Element name")[0].split()).removeprefix("Error: ")
         warn("bad-collider", collider.path, f"nothing hits it: {words}")
