@@ -61,6 +61,7 @@ class WorldPlanes:
         self.middle, self.axes = self._middle.copy(), self._axes.copy()
         self._poses: np.ndarray = np.zeros((0, 4, 4))
         self._lobes: dict[float, np.ndarray] = {}
+        self._straight: dict[float, np.ndarray] = {}
         self._widths: dict[float, tuple[np.ndarray, np.ndarray]] = {}
         self._numbers: tuple[np.ndarray, np.ndarray] | None = None
         self._seen: dict[frozenset[str], np.ndarray] = {}
@@ -95,7 +96,19 @@ class WorldPlanes:
             wide = np.where(turned > STRAIGHT**2, np.minimum(wide, np.sqrt(np.maximum(wide * turned, 0))), wide)
             found[rows] = self.spread[rows] + np.einsum("pia,pa,pja->pij", axes, wide, axes)
             self._lobes[wavelength] = found
+            flat = turned <= STRAIGHT**2
+            bare = flat & ~flat[:, ::-1]
+            along = np.zeros((len(self.curved), 2))
+            along[rows] = np.einsum("pia,pa->pi", axes, bare / np.sqrt(2.0 * np.pi * wide))
+            self._straight[wavelength] = along
         return self._lobes[wavelength]
+
+    def straight(self, wavelength: float) -> np.ndarray:
+        """(p, 2) vectors in the axes of faces, along which a curved surface is straight: of length 2 L / wavelength for
+        a face of length L, so that its lobe is sinc squared of their product with the sines off the normal; else 0.
+        """
+        self.lobes(wavelength)
+        return self._straight[wavelength]
 
     def widths(self, wavelength: float) -> tuple[np.ndarray, np.ndarray]:
         """Squared angles (p,) [rad^2] from a face's normal within which its surface may send anything, and (p,) squares

@@ -33,6 +33,10 @@ WIDEST = 6.0
 edge they cannot resolve."""
 
 
+SIDE_LOBES = 8.0 * np.pi
+"""Over the squared width of a tube times that of 2 L / wavelength: twice a tube is then one deviation of the lobe."""
+
+
 @dataclass(slots=True)
 class Arrivals:
     """Single contributions to what is received, k of them.
@@ -167,7 +171,8 @@ def _glint(setting: Setting, tubes: Tubes, met: Met, ways: np.ndarray) -> np.nda
 
     The integral of the lobe over all directions is pi x area, however wide it is. Each tube meets the surface where the
     normal has turned by `bend` from that of the face, and counts as a lobe of at least half its own footprint's turn:
-    however many tubes meet a face, they add up to the surface.
+    however many tubes meet a face, they add up to the surface. Where this is straight, as along a cylinder, the lobe is
+    that of a line, sinc squared, as far as tubes are narrow enough to tell its side lobes.
     """
     planes, row, plane = setting.planes, met.waves.row, met.plane
     axes, bend = planes.axes[plane], planes.bend[plane]
@@ -179,7 +184,12 @@ def _glint(setting: Setting, tubes: Tubes, met: Met, ways: np.ndarray) -> np.nda
     spread = planes.lobes(setting.antenna.wavelength)[plane] + (solid / 12.0)[:, None, None] * np.eye(2)
     spread += np.einsum("pab,pcb->pac", bend, bend) * (solid * met.way**2 / (4.0 * met.cosine))[:, None, None]
     inverse = np.linalg.inv(spread)
+    straight = np.take(planes.straight(setting.antenna.wavelength), plane, axis=0)
+    straight *= (SIDE_LOBES * solid * (straight**2).sum(axis=1) < 1.0)[:, None]
+    along, length = (straight * across).sum(axis=1), (straight**2).sum(axis=1)
+    across -= straight * (along / np.maximum(length, 1e-300))[:, None]
     lobe = np.exp(-0.5 * np.einsum("pa,pab,pb->p", across, inverse, across)) * np.sqrt(np.linalg.det(inverse))
+    lobe *= np.sinc(along) ** 2
     left = np.abs(met.waves.left(setting.reflections.coherent(met.table))) ** 2
     return np.asarray(setting.antenna.receives * left * tubes.solid[row] * wide * lobe / (2.0 * met.cosine))
 
