@@ -29,9 +29,11 @@ class Checked:
     notes: tuple[Note, ...] = ()
     cases: int | None = None
     """The number of cases, if it is a test file."""
+    prims: int = 0
+    """The number of inline prims; with a scene, of all its prims except graphs and nodes."""
 
     def counts(self) -> dict[str, int]:
-        """The numbers of graphs, nodes, connections and inline prims, or of cases in a test file."""
+        """The numbers of graphs, nodes, connections and prims, or of cases in a test file."""
         if self.cases is not None:
             return {"cases": self.cases}
         graphs = self.spec.graphs if self.spec else ()
@@ -39,7 +41,7 @@ class Checked:
             "graphs": len(graphs),
             "nodes": sum(len(graph.nodes) for graph in graphs),
             "connections": sum(len(graph.connections) for graph in graphs),
-            "prims": len(self.spec.scene.prims) if self.spec else 0,
+            "prims": self.prims,
         }
 
     def as_dict(self) -> dict[str, Any]:
@@ -141,7 +143,16 @@ def check(
                 notes += tuple(_traps(parts, allow))
         except UserError as error:
             problems = tuple(error.problems)
-    return Checked(file, parts.spec, problems, tuple(dict.fromkeys(notes)))
+    return Checked(file, parts.spec, problems, tuple(dict.fromkeys(notes)), prims=_count_prims(parts))
+
+
+def _count_prims(parts: Parts) -> int:
+    if parts.spec is None:
+        return 0
+    scene = parts.spec.scene
+    if parts.stage is None or (scene.usd is None and scene.mjcf is None):
+        return len(scene.prims)
+    return sum(prim.GetTypeName() not in ("OmniGraph", "OmniGraphNode") for prim in parts.stage.Traverse())
 
 
 def _traps(parts: Parts, allow: Sequence[Path]) -> list[Note]:

@@ -297,6 +297,12 @@ def test_a_near_name_does_not_hide_that_the_rest_can_run(usda):
     ]
 
 
+def test_check_counts_the_prims_of_a_scene_without_graphs_and_nodes(usda, capsys):
+    path = usda('def Xform "World"\n{\ndef Cube "Box"\n{\n}\n}\n' + graph_text(a_node("tick", TICK)))
+    assert main(["check", str(path)]) == 0
+    assert capsys.readouterr().out.endswith(": ok, 1 graph, 1 node, 0 connections, 2 prims\n")
+
+
 def test_skip_unknown_runs_the_rest(usda, capsys):
     body = graph_text(
         a_node("tick", TICK)
