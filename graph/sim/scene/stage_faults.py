@@ -189,8 +189,10 @@ OPS: dict[str, tuple[str, ...]] = {
 def _described(prim: Any, op: str) -> str:
     """An op that is left out, for messages; the type of one that is there says why."""
     name = op.removeprefix("!invert!")
-    there = bool(name) and prim.HasAttribute(name)
-    return f"{op} (a {prim.GetAttribute(name).GetTypeName()})" if there else op or '""'
+    if not name or not prim.HasAttribute(name):
+        return op or '""'
+    kind = str(prim.GetAttribute(name).GetTypeName())
+    return f"{op} ({f'a {kind}' if kind else 'of an unknown type'})"
 
 
 def _known(prim: Any, op: str) -> bool:
