@@ -97,6 +97,31 @@ def test_a_transform_of_another_type_or_without_a_name_is_left_out(said, tmp_pat
     assert said("run", "s.usda", "--updates", "1") == (0, [warned])
 
 
+def test_a_velocity_of_another_type_is_named_also_where_it_is_only_sampled(said, tmp_path):
+    text = (
+        'def Cube "C" (prepend apiSchemas = ["PhysicsRigidBodyAPI"]) {\n int physics:velocity.timeSamples = {0: 3}\n}\n'
+    )
+    (tmp_path / "s.usda").write_text(HEAD + text)
+    wrong = "graph: /C.physics:velocity is a int; it must be a vector3f"
+    assert said("run", "s.usda", "--updates", "1") == (2, [wrong])
+
+
+def test_a_collider_whose_size_is_no_number_is_left_out(said, tmp_path):
+    schemas = '["PhysicsRigidBodyAPI", "PhysicsCollisionAPI"]'
+    text = f'def Cube "C" (prepend apiSchemas = {schemas}) {{\n float3 size = (1, 1, 1)\n}}\n'
+    (tmp_path / "s.usda").write_text(HEAD + text)
+    code, lines = said("run", "s.usda", "--updates", "1")
+    assert code == 0
+    assert "warning bad-collider: /C: its sizes are not all finite numbers; nothing hits it" in lines
+
+
+def test_units_beyond_the_universe_are_refused(said, tmp_path):
+    (tmp_path / "s.usda").write_text(HEAD.replace("metersPerUnit = 1", "metersPerUnit = 1e300"))
+    code, lines = said("check", "s.usda")
+    assert code == 2
+    assert [line.rpartition(": ")[2] for line in lines] == ["metersPerUnit is 1e+300; give 1e-18 to 1e18"]
+
+
 def test_what_usd_says_while_a_scene_plays_is_a_warning(said, tmp_path):
     """A joint of a referenced asset whose body lies outside that asset."""
     joint = 'def Xform "A" {\n def PhysicsFixedJoint "J" {\n rel physics:body0 = </Elsewhere>\n }\n}\n'

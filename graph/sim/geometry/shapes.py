@@ -21,13 +21,14 @@ from .polygons import Complain, Integers
 from .solids import SOLIDS
 from .tessellation import Triangles
 
-_SIZES: dict[str, tuple[str, ...]] = {
+SIZES: dict[str, tuple[str, ...]] = {
     "Cube": ("size",),
     "Sphere": ("radius",),
     "Plane": ("width", "length"),
     **dict.fromkeys(("Capsule", "Cylinder", "Cone"), ("radius", "height")),
     **dict.fromkeys(("Capsule_1", "Cylinder_1"), ("radiusBottom", "radiusTop", "height")),
 }
+"""The attributes that give the size of each solid."""
 
 Shape = tuple[Floats, Triangles]
 
@@ -109,7 +110,7 @@ def _solid(prim: Any, kind: str, tolerance: float, time: Any, complain: Complain
 def _sizes_of(prim: Any, kind: str, time: Any, complain: Complain) -> tuple[dict[str, float], str] | None:
     """The sizes of a solid and its axis; None, and reported, if they make no surface."""
     sizes = {}
-    for name in _SIZES[kind]:
+    for name in SIZES[kind]:
         sizes[name] = number_of(prim.GetAttribute(name), time)
     if not all(0 <= value < math.inf for value in sizes.values()):
         complain(f"its sizes {sizes} are not all finite and positive; it is left out")

@@ -244,7 +244,10 @@ def _type_problem(prim: Any, name: str, known: str) -> str:
             return f"{where} is an attribute; it must be a relationship: `rel {name} = </Path/Of/Prim>`"
         if wanted != "rel" and is_relationship:
             return f"{where} is a relationship; it must be an attribute: `{wanted} {name} = ...`"
-        if wanted != "rel" and spec.HasDefaultValue() and not fits(spec.default, wanted):
+        if wanted == "rel":
+            continue
+        said = spec.default if spec.HasDefaultValue() else value if spec.HasInfo("timeSamples") else None
+        if said is not None and not fits(said, wanted):
             return f"{where} is a {spec.typeName}; it must be a {wanted}"
     return ""
 

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from graph.sim import transforms
+from graph.sim.arrays import number_of
 from graph.sim.geometry.collect import endless
-from graph.sim.geometry.shapes import shape_of
+from graph.sim.geometry.shapes import SIZES, shape_of
 from graph.sim.geometry.solids import SOLIDS
 from graph.sim.geometry.tessellation import Triangles, axis_vector
 from graph.sim.scene.scan import ColliderPrim, Scan
@@ -92,6 +93,9 @@ class _Reader:
                 "bad-collider", self.path, f"a {kind or 'prim without type'} cannot be a collider; nothing hits it"
             )
             return []
+        if any(not math.isfinite(self._number(name)) for name in SIZES[kind]):
+            self._complain("its sizes are not all finite numbers; nothing hits it")
+            return []
         return self._plane() if kind == "Plane" else self._solid(kind)
 
     def _mass(self, scan: Scan) -> dict[str, Any]:
@@ -118,7 +122,7 @@ class _Reader:
         return Collider(self.path, self.body, kind, pose, size, **more, **self.common)
 
     def _number(self, name: str) -> float:
-        return float(self.prim.GetAttribute(name).Get(EARLIEST))
+        return number_of(self.prim.GetAttribute(name))
 
     def _axis(self) -> str:
         return "XYZ"[int(axis_vector(str(self.prim.GetAttribute("axis").Get(EARLIEST))).argmax())]

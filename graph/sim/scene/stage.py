@@ -130,13 +130,19 @@ def _copy_metadata(scene: Any, root: Any) -> None:
                 raise UserError(f"{scene.identifier}: its {key} cannot be {wrong!r}; correct its metadata") from None
 
 
+LARGEST_UNIT = 1e18
+"""The largest unit [m], a hundred light-years; one divided by it is the smallest."""
+
+
 def meters_per_unit(stage: Any) -> float:
-    """Metres in one stage unit. Raises UserError unless positive and finite."""
+    """Metres in one stage unit. Raises UserError unless positive and of a size that numbers of the scene can have."""
     from graph.sim.usd import UsdGeom
 
     value = float(UsdGeom.GetStageMetersPerUnit(stage))
     if not 0 < value < float("inf"):
         raise UserError(f"{scene_name(stage)}: metersPerUnit is {value:g}; it must be greater than 0")
+    if not 1 / LARGEST_UNIT <= value <= LARGEST_UNIT:
+        raise UserError(f"{scene_name(stage)}: metersPerUnit is {value:g}; give 1e-18 to 1e18")
     return value
 
 
