@@ -80,10 +80,15 @@ def stage_problems(stage: Usd.Stage, spec: FileSpec) -> Iterator[Problem]:
 
 
 def bad_sensors(stage: Usd.Stage, spec: FileSpec) -> list[Problem]:
-    """A line for each mistake in a sensor of the stage, at its prim if the file authors it."""
+    """A line for each mistake in a sensor of the stage, at its prim if the file authors it, else with the scene."""
     from sensors.sensor_types import sensor_problems
 
-    return [Problem(message, spec.scene.prim_marks.get((path,))) for path, message in sensor_problems(stage)]
+    problems = []
+    for path, message in sensor_problems(stage):
+        mark = spec.scene.prim_marks.get((path,))
+        scene = "" if mark is not None or spec.scene.usd is None else f"{spec.scene.usd.name}: "
+        problems.append(Problem(f"{scene}{message}", mark))
+    return problems
 
 
 def taken_paths(stage: Usd.Stage, spec: FileSpec) -> list[Problem]:

@@ -42,6 +42,7 @@ ABSENT = {
     "isaacsim.replicator.domain_randomization.OgnWritePhysicsSimulationContext": _RL,
     "isaacsim.replicator.writers.Dope": _POSES,
     "isaacsim.replicator.writers.Pose": _POSES,
+    "omni.anim.curve.AnimCurve": "its curves are not read here; write time samples, which play",
     "omni.graph.action.OnMouseInput": _WINDOW,
     "omni.graph.action.OnGamepadInput": "there is no gamepad here; use OnKeyboardInput or a Twist subscriber",
     "omni.graph.nodes.ArrayLength": _BUNDLE,

@@ -95,7 +95,8 @@ def config_from_attributes(
     listed = values.get("numberOfEmitters")
     if listed is not None and int(listed) != config.number_of_emitters:
         raise UserError(
-            f"lidar config {name}: numberOfEmitters is {listed}, emitter state s001 lists {config.number_of_emitters}"
+            f"lidar config {name}: numberOfEmitters is {listed}, emitter state s001 lists {config.number_of_emitters}; "
+            "make both the same"
         )
     return config
 

@@ -378,6 +378,16 @@ def test_a_helper_of_a_render_product_that_was_not_saved_does_not_stop_the_other
     assert main(["run", str(path), "--updates", "3", "--on-error", "stop"]) == 1
 
 
+def test_a_lidar_of_a_scene_whose_lists_disagree_is_reported_with_its_file(usda, capsys):
+    lidar = 'def OmniLidar "Lidar" (prepend apiSchemas = ["OmniSensorGenericLidarCoreAPI"])\n{\n'
+    lidar += "float[] omni:sensor:Core:emitterState:s001:elevationDeg = [5]\n"
+    lidar += "float[] omni:sensor:Core:emitterState:s001:azimuthDeg = [0]\n}\n"
+    assert main(["check", str(usda(lidar))]) == 2
+    assert capsys.readouterr().err.endswith(
+        "scene.usda: lidar config /Lidar: numberOfEmitters is 128, emitter state s001 lists 1; make both the same\n"
+    )
+
+
 def test_a_node_that_cannot_work_does_not_stop_the_others(usda, capsys):
     """A laser scan, the default of the lidar helper, of a lidar with beams out of the plane."""
     body = (
