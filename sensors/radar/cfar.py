@@ -8,6 +8,7 @@ chapter 6.
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from collections.abc import Sequence
@@ -50,7 +51,7 @@ def noise_level(power: np.ndarray, axes: Sequence[Axis]) -> np.ndarray:
     outer = [axis.training + axis.guard for axis in axes]
     inner = [axis.guard for axis in axes]
     total = _boxes(power, outer, axes) - _boxes(power, inner, axes)
-    total /= np.maximum(_box_sizes(power.shape, outer, axes) - _box_sizes(power.shape, inner, axes), 1)
+    total /= _training_cells_each(power.shape, tuple(axes))
     return np.asarray(np.maximum(total, 0.0, out=total))
 
 
@@ -81,6 +82,15 @@ def _boxes(values: np.ndarray, halves: Sequence[int], axes: Sequence[Axis]) -> n
         sums = np.concatenate((zero, np.cumsum(padded, axis=number)), axis=number)
         result = np.take(sums, last, axis=number) - np.take(sums, first, axis=number)
     return result
+
+
+@functools.lru_cache(maxsize=8)
+def _training_cells_each(shape: tuple[int, ...], axes: tuple[Axis, ...]) -> np.ndarray:
+    """How many training cells each cell has, 1 for none; int64 of this shape."""
+    outer, inner = ([axis.guard + more * axis.training for axis in axes] for more in (1, 0))
+    found = np.maximum(_box_sizes(shape, outer, axes) - _box_sizes(shape, inner, axes), 1)
+    found.flags.writeable = False
+    return np.asarray(found)
 
 
 def _box_sizes(shape: Sequence[int], halves: Sequence[int], axes: Sequence[Axis]) -> np.ndarray:

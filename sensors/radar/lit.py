@@ -153,8 +153,6 @@ def mirrors(setting: Setting, tubes: Tubes, lit: Lit) -> np.ndarray:
 
 def bent(setting: Setting, lit: Lit) -> np.ndarray:
     """Rows of faces of curved surfaces."""
-    if not setting.planes.any_curved:
-        return np.zeros(0, np.intp)
     return np.flatnonzero(np.take(setting.curved, lit.plane) & (lit.cosine > GRAZING))
 
 

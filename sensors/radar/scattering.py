@@ -152,9 +152,7 @@ def curved_again(setting: Setting, tubes: Tubes, met: Met) -> Iterator[Arrivals]
 def _bent(setting: Setting, tubes: Tubes, met: Met, back: np.ndarray) -> Met:
     """Those that meet faces of curved surfaces within reach of their lobes; back: (3, k), the ways back."""
     planes = setting.planes
-    rows = np.zeros(0, np.intp)
-    if planes.any_curved:
-        rows = np.flatnonzero((met.plane != NO_PLANE) & planes.curved[met.plane])
+    rows = np.flatnonzero((met.plane != NO_PLANE) & planes.curved[met.plane])
     met, back = met.at(rows), back[:, rows]
     ways = 1.0 + dot(met.waves.direction, back)
     sine = ways / 2.0 - (met.slope + dot(met.normal, back)) ** 2 / 4.0

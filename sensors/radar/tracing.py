@@ -91,7 +91,7 @@ class Tracer:
             waves = first_waves(tubes, rows + seen.tubes.start)
             return meet(setting, waves, beam.hits, rows + seen.part.start, np.take(seen.plane, rows))
 
-        glints = list(curved(setting, tubes, met(bent(setting, seen))))
+        glints = list(curved(setting, tubes, met(bent(setting, seen)))) if setting.planes.any_curved else []
         fields = list(flat(setting, tubes, met(mirrors(setting, tubes, seen))))
         on = reflected(setting, met(leading(setting, tubes, seen))) if setting.bounces > 1 else None
         return _Block(self._summed(1, back), fields, glints, on)
@@ -114,7 +114,9 @@ class Tracer:
     def _again(self, tubes: Tubes, bounce: int, met: Met, rows: np.ndarray) -> _Block:
         setting, seen = self.setting, met.at(rows)
         fields = list(flat(setting, tubes, seen.at(mirrored(setting, seen))))
-        glints = [*curved(setting, tubes, seen), *curved_again(setting, tubes, met)]
+        glints: list[Arrivals] = []
+        if setting.planes.any_curved:
+            glints = [*curved(setting, tubes, seen), *curved_again(setting, tubes, met)]
         for each in (*fields, *glints):
             each.bounces = bounce
         on = reflected(setting, met) if bounce < setting.bounces else None
