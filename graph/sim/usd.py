@@ -10,7 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pxr import Ar, Gf, Pcp, Plug, Sdf, Tf, Usd, UsdGeom, UsdPhysics, UsdRender, UsdShade, UsdUtils, Vt  # noqa: TID253
+from graph.base.signals import deferred
 
 if TYPE_CHECKING:
     from pxr import UsdLux
@@ -32,6 +32,13 @@ __all__ = [
     "Vt",
 ]
 
+with deferred():  # USD's loader imports modules of Python from C++
+    for _module in __all__:
+        if _module != "UsdLux":
+            import_module(f"pxr.{_module}")
+
+from pxr import Ar, Gf, Pcp, Plug, Sdf, Tf, Usd, UsdGeom, UsdPhysics, UsdRender, UsdShade, UsdUtils, Vt  # noqa: TID253
+
 SCHEMAS = Path(__file__).parent / "schemas"
 """Folder of `plugInfo.json` and `generatedSchema.usda`: codeless schemas of sensors and graphs."""
 
@@ -45,4 +52,5 @@ def __getattr__(name: str) -> Any:
     """`UsdLux`, which only pictures need, at its first use."""
     if name != "UsdLux":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return import_module("pxr.UsdLux")
+    with deferred():
+        return import_module("pxr.UsdLux")

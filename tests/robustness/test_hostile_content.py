@@ -82,7 +82,7 @@ def test_what_openexr_prints_of_a_damaged_table_is_not_shown(tmp_path, capfd):
 def test_a_sensor_s_attribute_of_another_type_is_named(said, tmp_path):
     text = 'def OmniLidar "L" {\n token omni:sensor:Core:rangesMinM = "near"\n int omni:sensor:tickRate = 10\n}\n'
     (tmp_path / "s.usda").write_text(HEAD + text)
-    wrong = "graph: /L.omni:sensor:Core:rangesMinM is a token; it must be a float[]"
+    wrong = "graph: s.usda: /L.omni:sensor:Core:rangesMinM is a token; it must be a float[]"
     assert said("check", "s.usda") == (2, [wrong])
 
 
