@@ -8,6 +8,7 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout, suppress
+from functools import cache
 from threading import Lock
 
 _lock = Lock()
@@ -56,4 +57,10 @@ def _flush() -> None:
         with suppress(OSError, ValueError, AttributeError):  # closed, or none
             stream.flush()
     if os.name == "posix":
-        ctypes.CDLL(None).fflush(None)
+        _c_library().fflush(None)
+
+
+@cache
+def _c_library() -> ctypes.CDLL:
+    """The process's own C library; made once, since a handle is in a reference cycle."""
+    return ctypes.CDLL(None)
