@@ -12,7 +12,7 @@ import pytest
 
 from tests.support.places import ROOT
 
-HEAVY = ("mujoco", "open3d", "pxr", "matplotlib")
+HEAVY = ("mujoco", "numba", "open3d", "pxr", "matplotlib")
 OWN = ("graph", "nodes", "sensors")
 
 GROUND = "graph.base"
@@ -286,6 +286,7 @@ def built_on(owners):
 
 OWNERS = {
     "mujoco": "graph.sim.physics.mujoco.library",
+    "numba": "sensors.compiled",
     "open3d": "graph.sim.libraries",
     "pxr": "graph.sim.usd",
     "matplotlib": "graph.trade.diagrams",

@@ -149,8 +149,9 @@ def our_files():
     """Every text file of the project: its own folders, and the files beside pyproject.toml."""
     folders = [".ci", ".github", "graph", "nodes", "sensors", "graphs", "tests"]
     found = [path for folder in folders for path in (ROOT / folder).rglob("*")] + list(ROOT.glob("*"))
-    binary = {".usdc", ".pyc", ".mcap", ".gz"}
-    return sorted(path for path in found if path.is_file() and path.suffix not in binary and path != Path(__file__))
+    binary = {".usdc", ".mcap", ".gz"}
+    texts = (path for path in found if path.suffix not in binary and "__pycache__" not in path.parts)
+    return sorted(path for path in texts if path.is_file() and path != Path(__file__))
 
 
 def test_no_file_speaks_of_a_place_outside_the_repository():

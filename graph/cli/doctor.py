@@ -34,6 +34,7 @@ IMPORTS = {
     "mcap.writer": ("mcap",),
     "mujoco": ("mujoco-core", "mujoco"),
     "networkx": ("networkx",),
+    "numba": ("numba",),
     "numpy": ("numpy",),
     "open3d": ("open3d-cpu", "open3d"),
     "pxr.Usd": ("usd-core",),
@@ -45,14 +46,15 @@ IMPORTS = {
 }
 """Modules to import, and the distributions that may provide them."""
 
-HEAVY = ("mujoco", "open3d", "pxr.Usd")
+HEAVY = ("mujoco", "numba", "open3d", "pxr.Usd")
 """Modules that are imported only at first use, each by one file of ours."""
 
 LAZY_PROBE = """
 import sys, time
 start = time.perf_counter()
 import graph, graph.sim, nodes, sensors
-print(time.perf_counter() - start, *(name for name in ("mujoco", "open3d", "pxr", "matplotlib") if name in sys.modules))
+heavy = ("mujoco", "numba", "open3d", "pxr", "matplotlib")
+print(time.perf_counter() - start, *(name for name in heavy if name in sys.modules))
 """
 
 PROBE = """

@@ -1,0 +1,54 @@
+"""Machine code for loops over arrays, made by Numba: one pass over a ray's numbers instead of one pass a formula.
+
+Numba compiles a function for the argument types of a call and keeps the code beside its source (`__pycache__`) or else
+in the user's cache folder: a machine compiles once, in tenths of a second a function. Floats are computed in the order
+that is written, by one thread, so the bytes are the same in every run.
+
+Numba keeps the code until the function's *file* changes. So a compiled function uses nothing of another file: constants
+and compiled functions that it names stand beside it, everything else is an argument.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property, update_wrapper
+from types import FunctionType
+from typing import Any, Generic, ParamSpec, TypeVar, cast
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+class Compiled(Generic[P, R]):
+    """A function that is compiled at its first call; until then Numba is not even imported.
+
+    Division by zero gives inf or NaN, as in NumPy.
+    """
+
+    def __init__(self, function: Callable[P, R]) -> None:
+        self._function = cast(FunctionType, function)
+        update_wrapper(self, function)
+
+    def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
+        """The function's result; the first call compiles, or loads what an earlier process compiled."""
+        return cast(R, self.code(*args, **kwargs))
+
+    @cached_property
+    def code(self) -> Callable[..., Any]:
+        """What Numba made of the function."""
+        from numba import njit
+
+        function = self._function
+        names = function.__globals__
+        used = {name: names[name].code for name in function.__code__.co_names if isinstance(names.get(name), Compiled)}
+        plain = FunctionType(function.__code__, {**names, **used}, function.__name__, function.__defaults__)
+        update_wrapper(plain, function)
+        try:
+            return cast(Callable[..., Any], njit(plain, cache=True, error_model="numpy"))
+        except RuntimeError:  # no folder for the code can be written: it is compiled in each process
+            return cast(Callable[..., Any], njit(plain, error_model="numpy"))
+
+
+def compiled(function: Callable[P, R]) -> Compiled[P, R]:
+    """Decorates a loop over arrays; it may call others of its file that are decorated above it."""
+    return Compiled(function)
