@@ -101,6 +101,6 @@ def _hidden(
     """(k,) bool, whether anything is between points and the second camera; rays begin a little in front of them."""
     distance = view.hits.distance[hit]
     back = np.float32(2e-4) + np.float32(2e-6) * distance
-    starts = view.rays.offsets(view.bundle, hit, distance - back).T
-    ways = (reference.eyes(points) - view.bundle.origin).astype(np.float32) - starts
-    return shadows.blocked(view.bundle.origin, np.ascontiguousarray(starts), ways, state, far=False)
+    starts = view.rays.offsets(view.bundle, hit, distance - back)
+    ways = (reference.eyes(points) - view.bundle.origin).astype(np.float32).T - starts
+    return shadows.blocked(view.bundle.origin, starts, ways, np.arange(len(hit)), state, far=False)

@@ -6,6 +6,7 @@ from copy import copy
 
 import numpy as np
 
+from sensors.compiled import compiled
 from sensors.raycast.rays import RayBundle, RayMemory
 from sensors.raycast.windows import RayGrid
 
@@ -41,7 +42,6 @@ class CameraRays:
             self._origins = np.ascontiguousarray((TO_USD @ lens.origins(shift)).T, np.float32)
         count = self._local.shape[1]
         self._table, self._world = np.empty((count, 6), np.float32), np.empty((3, count), np.float32)
-        self._term = np.empty(count, np.float32)
         self._memory = RayMemory()
         self._turned_by = b""
         self._rotation = np.eye(3)
@@ -69,7 +69,7 @@ class CameraRays:
         """The rays of a camera at `pose` (4, 4) float64 [m], USD camera to world; grid: whether anything moves."""
         rotation = pose[:3, :3]
         if rotation.tobytes() != self._turned_by:
-            self._turn(rotation.astype(np.float32))
+            _turn(self._local, rotation.astype(np.float32), self._world, self._table)
             self._turned_by = rotation.tobytes()
             self._memory.forget()
             if self._origins is not None:
@@ -122,18 +122,25 @@ class CameraRays:
         found = self._world[:, rays].T.astype(np.float64) * distance[:, None] + bundle.origin
         return np.asarray(found if bundle.offsets is None else found + bundle.offsets[rays])
 
-    def cosine(self, normals: np.ndarray) -> np.ndarray:
-        """Of rays with normals (n, 3), (n,) float32: above 0 where the normal points the way of the ray."""
-        total = self._world[0] * normals[:, 0]
-        for axis in (1, 2):
-            total += np.multiply(self._world[axis], normals[:, axis], out=self._term)
-        return np.asarray(total)
+    def face(self, normals: np.ndarray) -> None:
+        """Turns normals (n, 3) float32 in place, where they point the way of the ray."""
+        _face(normals, self._world)
 
-    def _turn(self, rotation: np.ndarray) -> None:
-        """World directions, by columns."""
+
+@compiled
+def _turn(local: np.ndarray, rotation: np.ndarray, columns: np.ndarray, table: np.ndarray) -> None:
+    """Directions (3, n) turned by `rotation` (3, 3): into `columns` (3, n), and 3 to 5 of `table` (n, 6); float32."""
+    for ray in range(local.shape[1]):
+        x, y, z = local[:, ray]
         for axis in range(3):
-            column = self._world[axis]
-            np.multiply(self._local[0], rotation[axis, 0], out=column)
-            for other in (1, 2):
-                column += np.multiply(self._local[other], rotation[axis, other], out=self._term)
-            self._table[:, 3 + axis] = column
+            turned = rotation[axis, 0] * x + rotation[axis, 1] * y + rotation[axis, 2] * z
+            columns[axis, ray] = table[ray, 3 + axis] = turned
+
+
+@compiled
+def _face(normals: np.ndarray, columns: np.ndarray) -> None:
+    for ray in range(len(normals)):
+        normal = normals[ray]
+        if columns[0, ray] * normal[0] + columns[1, ray] * normal[1] + columns[2, ray] * normal[2] > 0:
+            for axis in range(3):
+                normal[axis] = -normal[axis]

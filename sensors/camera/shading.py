@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from sensors.compiled import compiled
 from sensors.raycast.shadows import Shadows
 
-from .lights import Light, Lighting, irradiance
+from .lights import Lighting, irradiance
 from .materials import Looks
 from .view import View
 
@@ -29,36 +30,23 @@ SHADE_LEVELS = 1 << 18
 def radiance(view: View, looks: Looks, lighting: Lighting, shadows: Shadows, state: Any) -> np.ndarray:
     """(n, 3) float32 [nit], what comes from what each ray met; the sky's where it met nothing."""
     out = np.empty((len(view.depth), 3), np.float32)
-    out[:] = lighting.sky
     there = np.isfinite(view.hits.distance)
+    hit, missed = np.flatnonzero(there), np.flatnonzero(~there)
+    out[missed] = lighting.sky
     if lighting.skies:
-        missed = np.flatnonzero(~there)
         directions = np.take(view.bundle.directions, missed, axis=1)
         for sky in lighting.skies:
             out[missed] += sky.radiance(directions)
-    hit = np.flatnonzero(there)
-    normals = view.facing_normals()
     for first in range(0, len(hit), CHUNK):
-        rows = hit[first : first + CHUNK]
-        out[rows] = _reflected(view, rows, normals[rows], looks, lighting, shadows, state)
+        _shade(out, hit[first : first + CHUNK], view, looks, lighting, shadows, state)
     return out
 
 
-def _reflected(
-    view: View,
-    rows: np.ndarray,
-    normals: np.ndarray,
-    looks: Looks,
-    lighting: Lighting,
-    shadows: Shadows,
-    state: Any,
-) -> np.ndarray:
-    surfaces = view.hits.surfaces(rows)
-    facing = np.ascontiguousarray(normals.T)
-    points = view.rays.offsets(view.bundle, rows, view.hits.distance[rows])
-    # Shadow rays begin a little above the surface: float32 is off by that much at this distance.
-    height = np.float32(2e-4) + np.float32(2e-6) * view.hits.distance[rows]
-    above = points + facing * (height if view.lift is None else height + view.lift[rows])
+def _shade(
+    out: np.ndarray, rows: np.ndarray, view: View, looks: Looks, lighting: Lighting, shadows: Shadows, state: Any
+) -> None:
+    """Writes what comes from surfaces into the `rows` (k,) of `out` (n, 3)."""
+    points, facing, above = _places(view, rows)
     lit = np.empty((3, len(rows)), np.float32)
     lit[:] = np.float32(np.pi) * lighting.sky[:, None]
     for sky in lighting.skies:
@@ -68,25 +56,71 @@ def _reflected(
         if light.color.any():
             if light.shadows:
                 towards = np.flatnonzero((light_there > 0).any(axis=0))
-                from_there = place if place.shape[1] == 1 else place[:, towards]
-                dark = _blocked(light, from_there, above[:, towards], shadows, view.bundle.origin, state)
+                ways = place if light.far else np.subtract(place, above)
+                dark = shadows.blocked(view.bundle.origin, above, ways, towards, state, far=light.far)
                 light_there[:, towards[dark]] = 0
             for axis in range(3):
                 lit[axis] += light.color[axis] * light_there[axis % len(light_there)]
 
-    def places(some: np.ndarray) -> np.ndarray:
+    def world_points(some: np.ndarray) -> np.ndarray:
         return view.rays.points(view.bundle, some, view.hits.distance[some])
 
-    found = looks.base_of(view.hits, rows, surfaces, places) * (lit.T * np.float32(1 / np.pi))
-    return found + looks.emitted_of(view.hits, rows, surfaces) if looks.emits else np.asarray(found)
+    surfaces = view.hits.surfaces(rows)
+    _reflect(out, rows, looks.base_of(view.hits, rows, surfaces, world_points), lit)
+    if looks.emits:
+        out[rows] += looks.emitted_of(view.hits, rows, surfaces)
 
 
-def _blocked(
-    light: Light, place: np.ndarray, points: np.ndarray, shadows: Shadows, origin: np.ndarray, state: Any
-) -> np.ndarray:
-    ways = np.empty(points.T.shape, np.float32)
-    ways[:] = (place if light.far else place - points).T
-    return shadows.blocked(origin, np.ascontiguousarray(points.T), ways, state, far=light.far)
+def _places(view: View, rows: np.ndarray) -> np.ndarray:
+    """(3, 3, k) float32 of what rays met: the points [m, from the origin of the rays], the normals, and the points from
+    which shadow rays begin: float32 is off by so much at this distance.
+    """
+    found = np.empty((3, 3, len(rows)), np.float32)
+    bundle, lift = view.bundle, view.lift
+    _raise(
+        rows,
+        view.hits.distance,
+        bundle.directions,
+        _NO_OFFSETS if bundle.offsets is None else bundle.offsets,
+        view.facing_normals(),
+        _FLAT if lift is None else lift,
+        found,
+    )
+    return found
+
+
+_NO_OFFSETS, _FLAT = np.zeros((0, 3), np.float32), np.zeros(0, np.float32)
+
+
+@compiled
+def _raise(
+    rows: np.ndarray,
+    distance: np.ndarray,
+    ways: np.ndarray,
+    offsets: np.ndarray,
+    normals: np.ndarray,
+    lift: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """ways: (3, n); offsets: (n, 3) or nothing; lift: (n,) or nothing; out: (3, 3, k) as of `_places`."""
+    for at, ray in enumerate(rows):
+        height = np.float32(2e-4) + np.float32(2e-6) * distance[ray]
+        if len(lift):
+            height += lift[ray]
+        for axis in range(3):
+            point = ways[axis, ray] * distance[ray]
+            if len(offsets):
+                point += offsets[ray, axis]
+            out[0, axis, at], out[1, axis, at] = point, normals[ray, axis]
+            out[2, axis, at] = point + normals[ray, axis] * height
+
+
+@compiled
+def _reflect(out: np.ndarray, rows: np.ndarray, base: np.ndarray, lit: np.ndarray) -> None:
+    """base / pi times the light (3, k) that falls there, into rows of `out` (n, 3); base: (k, 3)."""
+    for at, row in enumerate(rows):
+        for axis in range(3):
+            out[row, axis] = base[at, axis] * (lit[axis, at] * np.float32(1 / np.pi))
 
 
 def aces_curve(light: np.ndarray) -> np.ndarray:
@@ -97,10 +131,16 @@ def aces_curve(light: np.ndarray) -> np.ndarray:
 
 def srgb(light: np.ndarray) -> np.ndarray:
     """Linear light as bytes of sRGB (IEC 61966-2-1): 0 and below is 0, 1 and above 255."""
-    steps = np.fmin(np.fmax(light, np.float32(0)), np.float32(1))  # values that are not numbers become 0
-    steps *= np.float32(SHADE_LEVELS - 1)
-    steps += np.float32(0.5)
-    return np.asarray(np.take(_TABLE, steps.astype(np.int32)))
+    out = np.empty(light.shape, np.uint8)
+    _encode(np.ravel(light), _TABLE, out.reshape(-1))
+    return out
+
+
+@compiled
+def _encode(light: np.ndarray, table: np.ndarray, out: np.ndarray) -> None:
+    for at in range(len(light)):
+        share = min(light[at], np.float32(1)) if light[at] > 0 else np.float32(0)  # not a number: 0
+        out[at] = table[int(share * np.float32(len(table) - 1) + np.float32(0.5))]
 
 
 def _table() -> np.ndarray:

@@ -36,8 +36,7 @@ class View:
         normals = self.hits.normals
         assert normals is not None
         if not self.faced:
-            away = np.flatnonzero(self.rays.cosine(normals) > 0)
-            normals[away] *= np.float32(-1)
+            self.rays.face(normals)
             self.faced = True
         return normals
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from graph.sim.geometry.collect import Mesh
+from sensors.compiled import compiled
 
 from .planes import cast_plane
 from .standing import excluded
@@ -39,28 +40,30 @@ class Shadows:
             and not excluded(str(one.path), exclude)
         ]
 
-    def blocked(self, origin: np.ndarray, points: np.ndarray, ways: np.ndarray, state: Any, *, far: bool) -> np.ndarray:
-        """(k,) bool. points:
+    def blocked(
+        self, origin: np.ndarray, points: np.ndarray, ways: np.ndarray, some: np.ndarray, state: Any, *, far: bool
+    ) -> np.ndarray:
+        """(k,) bool of `some` (k,) of the points.
 
-        (k, 3) float32 [m] from `origin`; ways: (k, 3) float32, to the light, or unit directions if it is infinitely
-        `far`.
+        points: (3, n) float32 [m] from `origin`; ways: (3, n) float32, to the light, or the unit direction (3, 1) of
+        one that is infinitely `far`.
         """
         world, reach = self._world, np.inf if far else REACH
         anchor, static = world.static_scene(origin, self._exclude)
-        rays = np.empty((len(points), 6), np.float32)
-        rays[:, 3:] = ways
-        found = np.zeros(len(points), bool)
+        rays = np.empty((len(some), 6), np.float32)
+        found = np.zeros(len(some), bool)
         if static is not None:
-            np.add(points, (origin - anchor).astype(np.float32), out=rays[:, :3])
+            _start(rays, points, ways, some, (origin - anchor).astype(np.float32))
             found |= static.blocked(rays, reach, world.threads)
-        poses = world.body_poses(state)
+        poses, planes = world.body_poses(state), world.planes(self._exclude)
+        if self._numbers or planes:
+            _start(rays, points, ways, some, np.zeros(3, np.float32))
         if self._numbers:
-            rays[:, :3] = points
             found |= self._moving_scene(origin, poses, state).blocked(rays, reach, world.threads)
-        for number in world.planes(self._exclude):
+        for number in planes:
             place, normal = world.plane(number, poses)
             height = float((origin - place) @ normal)
-            found |= cast_plane(height, points, np.ascontiguousarray(ways.T), normal) < reach
+            found |= cast_plane(height, rays[:, :3], np.ascontiguousarray(rays[:, 3:].T), normal) < reach
         return found
 
     def _moving_scene(self, origin: np.ndarray, poses: np.ndarray | None, state: Any) -> TriangleScene:
@@ -76,3 +79,13 @@ class Shadows:
             vertices = np.concatenate(placed).astype(np.float32)
             self._moving = key, TriangleScene(vertices, np.concatenate(triangles), warm=False)
         return self._moving[1]
+
+
+@compiled
+def _start(rays: np.ndarray, points: np.ndarray, ways: np.ndarray, some: np.ndarray, shift: np.ndarray) -> None:
+    """Rays (k, 6) from `some` (k,) of the points (3, n), shifted, along their ways (3, n) or the one way (3, 1)."""
+    one = ways.shape[1] == 1
+    for ray, point in enumerate(some):
+        for axis in range(3):
+            rays[ray, axis] = points[axis, point] + shift[axis]
+            rays[ray, 3 + axis] = ways[axis, 0 if one else point]
