@@ -15,6 +15,8 @@ from functools import cached_property, update_wrapper
 from types import FunctionType
 from typing import Any, Generic, ParamSpec, TypeVar, cast
 
+from graph.base.errors import UserError
+
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -22,7 +24,7 @@ R = TypeVar("R")
 class Compiled(Generic[P, R]):
     """A function that is compiled at its first call; until then Numba is not even imported.
 
-    Division by zero gives inf or NaN, as in NumPy.
+    Division by zero gives inf or NaN, as in NumPy. Raises UserError if Numba does not import.
     """
 
     def __init__(self, function: Callable[P, R]) -> None:
@@ -31,22 +33,31 @@ class Compiled(Generic[P, R]):
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
         """The function's result; the first call compiles, or loads what an earlier process compiled."""
-        return cast(R, self.code(*args, **kwargs))
+        try:
+            return cast(R, self.code(*args, **kwargs))
+        except OSError:  # what is kept cannot be read or written, for example because the disk is full
+            self.__dict__["code"] = self._made(keep=False)
+            return cast(R, self.code(*args, **kwargs))
 
     @cached_property
     def code(self) -> Callable[..., Any]:
         """What Numba made of the function."""
-        from numba import njit
+        try:
+            return self._made(keep=True)
+        except RuntimeError:  # no folder for the code can be written
+            return self._made(keep=False)
 
+    def _made(self, *, keep: bool) -> Callable[..., Any]:
+        try:
+            from numba import njit
+        except ImportError as error:
+            raise UserError(f"Numba does not import ({error}). Run `graph doctor` to see what is missing") from error
         function = self._function
         names = function.__globals__
         used = {name: names[name].code for name in function.__code__.co_names if isinstance(names.get(name), Compiled)}
         plain = FunctionType(function.__code__, {**names, **used}, function.__name__, function.__defaults__)
         update_wrapper(plain, function)
-        try:
-            return cast(Callable[..., Any], njit(plain, cache=True, error_model="numpy"))
-        except RuntimeError:  # no folder for the code can be written: it is compiled in each process
-            return cast(Callable[..., Any], njit(plain, error_model="numpy"))
+        return cast(Callable[..., Any], njit(plain, cache=keep, error_model="numpy"))
 
 
 def compiled(function: Callable[P, R]) -> Compiled[P, R]:

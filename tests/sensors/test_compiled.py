@@ -44,14 +44,34 @@ def test_a_compiled_function_keeps_its_name_and_text():
     assert (halves.__name__, halves.__doc__) == ("halves", "Half of each.")
 
 
-def test_where_no_folder_can_be_written_it_is_compiled_all_the_same(tmp_path):
-    code = "from loop import twice\nprint(twice(21))"
+def run_with_a_loop(tmp_path, before, env):
+    """Runs a process with a compiled function of its own; `before` is code that it runs first."""
     (tmp_path / "loop.py").write_text(
         "from sensors.compiled import compiled\n\n@compiled\ndef twice(value):\n    return 2 * value\n"
     )
+    code = f"{before}\nfrom loop import twice\nprint(twice(21))"
+    env = {**os.environ, **env, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)])}
+    return subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True, check=False)
+
+
+def test_where_no_folder_can_be_written_it_is_compiled_all_the_same(tmp_path):
     (tmp_path / "__pycache__").write_text("a file, where a folder is needed")
     (tmp_path / "home").write_text("another")
-    kept_out = {name: str(tmp_path / "home" / "x") for name in ("HOME", "XDG_CACHE_HOME", "LOCALAPPDATA")}
-    env = {**os.environ, **kept_out, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)])}
-    done = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True, check=False)
+    homes = {name: str(tmp_path / "home" / "x") for name in ("HOME", "XDG_CACHE_HOME", "LOCALAPPDATA")}
+    done = run_with_a_loop(tmp_path, "", homes)
     assert (done.returncode, done.stdout, done.stderr) == (0, "42\n", "")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="has no limits of file sizes")
+def test_where_the_code_cannot_be_kept_it_is_compiled_all_the_same(tmp_path):
+    no_large_files = "import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+    no_large_files += "resource.setrlimit(resource.RLIMIT_FSIZE, (200, 200))"
+    done = run_with_a_loop(tmp_path, no_large_files, {"PYTHONDONTWRITEBYTECODE": "1"})
+    assert (done.returncode, done.stdout, done.stderr) == (0, "42\n", "")
+
+
+def test_without_numba_a_line_says_so(tmp_path):
+    done = run_with_a_loop(tmp_path, "import sys; sys.modules['numba'] = None", {})
+    assert done.returncode == 1
+    assert "Numba does not import" in done.stderr.splitlines()[-1]
+    assert "Run `graph doctor`" in done.stderr.splitlines()[-1]
