@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+
+Along = tuple[float, float, int]
+"""Lowest value, width of a cell, and count."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,11 +30,14 @@ class Cells:
         """Width of a cell."""
         return (self.high - self.low) / self.count
 
-    def index(self, values: np.ndarray, dtype: type[np.signedinteger[Any]] = np.int64) -> np.ndarray:
-        """Index of the cell of each value; outside values give indices below 0 or from `count`."""
-        place = np.asarray(values - self.low)
-        place /= self.width
-        return np.floor(place, out=place).astype(dtype)
+    @property
+    def along(self) -> Along:
+        """The cells for loops over values."""
+        return self.low, self.width, self.count
+
+    def index(self, values: np.ndarray) -> np.ndarray:
+        """Index of the cell of each value, int64; outside values give indices below 0 or from `count`."""
+        return np.asarray(np.floor((values - self.low) / self.width).astype(np.int64))
 
     def centre(self, index: np.ndarray) -> np.ndarray:
         """Value in the middle of each cell, float64."""

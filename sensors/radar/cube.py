@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from sensors.compiled import compiled
+
 from .aperture import Aperture
-from .cells import Cells, folded
+from .cells import Along, Cells, folded
 from .config import ScanConfig
 from .grouping import Groups
 from .interference import added, gathered
@@ -79,57 +81,31 @@ class Grid:
         return azimuth, elevation
 
     def place(
-        self, values: Sequence[np.ndarray], angle: np.ndarray | None = None
-    ) -> tuple[np.ndarray | slice, np.ndarray, list[np.ndarray]]:
-        """Where values (4 of (k,)) lie: rows of those in the grid, their cells (m,), they themselves, folded.
-
-        angle: their angle cells (k,) of `angles`, if known; the angles are then inside.
+        self, range_m: np.ndarray, velocity: np.ndarray, angle: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Numbers (k,) int64 of the cells that ranges, velocities and angle cells (k,) lie in, -1 outside the grid; and
+        the ranges and velocities, folded.
         """
-        values = list(values)
-        ranges, velocities, *angles = self.shape
         if any(self.coupling):
             farther, faster = self.coupling
-            values[:2] = values[0] + farther * values[1], values[1] + faster * values[0]
+            range_m, velocity = range_m + farther * velocity, velocity + faster * range_m
         if self.wraps_range:
-            values[0] = np.mod(values[0], self.range_m.high)
-        if max(values[1].max(initial=0.0), -values[1].min(initial=0.0)) >= self.velocity.high:
-            values[1] = folded(values[1], self.velocity.high)
-        if angle is None:
-            angle, *values[2:] = self.angles(*values[2:])
-        at = self.range_m.index(values[0], self.number_type)
-        inside = (at >= 0) & (at < ranges) & (angle >= 0)
-        cell = self.velocity.index(values[1], self.number_type)
-        np.clip(cell, 0, velocities - 1, out=cell)
-        cell *= ranges
-        cell += at
-        cell *= math.prod(angles)
-        cell += angle
-        if inside.all():
-            return slice(None), cell, values
-        rows = np.flatnonzero(inside)
-        return rows, cell[rows], [row[rows] for row in values]
-
-    @property
-    def number_type(self) -> type[np.signedinteger[Any]]:
-        """The integers that hold the numbers of all cells: half as wide where they suffice, and twice as fast."""
-        return np.int32 if math.prod(self.shape) < 2**31 else np.int64
+            range_m = np.mod(range_m, self.range_m.high)
+        if np.abs(velocity).max(initial=0.0) >= self.velocity.high:
+            velocity = folded(velocity, self.velocity.high)
+        angles = self.azimuth.count * self.height.count
+        return _cells(range_m, velocity, angle, self.range_m.along, self.velocity.along, angles), range_m, velocity
 
     def angles(self, azimuth: np.ndarray, height: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Numbers (k,) of the angle cells of sines (k,), -1 outside the grid; and the sines, folded."""
-        values, index = [azimuth, height], []
-        inside = np.ones(len(azimuth), bool)
-        for axis, (cells, (low, high)) in enumerate(zip(self.axes[2:], self.ends, strict=True)):
-            if self.wraps_angles:
-                values[axis] = np.mod(values[axis] - low, high - low) + low
-            at = cells.index(values[axis], self.number_type)
-            if self.arrays[axis]:
-                inside &= (values[axis] >= low) & (values[axis] < high)
-                at = at % cells.count  # the beams at both ends are one
-            inside &= (at >= 0) & (at < cells.count)
-            index.append(at)
-        number = index[0] * self.height.count + index[1]
-        number[~inside] = -1
-        return number, values[0], values[1]
+        """Numbers (k,) int64 of the angle cells of sines (k,), -1 outside the grid; and the sines, folded."""
+        sides, levels = self.ends
+        if self.wraps_angles:
+            azimuth, height = (
+                np.mod(each - low, high - low) + low for each, (low, high) in ((azimuth, sides), (height, levels))
+            )
+        meet = bool(self.arrays[0]), bool(self.arrays[1])
+        cell = _angle_cells(azimuth, height, self.azimuth.along, self.height.along, sides, levels, meet)
+        return cell, azimuth, height
 
     def number(self, index: Sequence[np.ndarray]) -> np.ndarray:
         """Numbers (k,) of cells by their places on the axes; those of one velocity lie together."""
@@ -174,23 +150,61 @@ class Part(NamedTuple):
 
 def summed(grid: Grid, found: Arrivals) -> Part:
     """Arrivals put into cells. Fields of one group add up as far as the radar does not resolve them; then powers do."""
-    values: Sequence[np.ndarray] = (found.range_m, found.velocity, found.azimuth, found.height)
-    power = found.power
+    power, (range_m, velocity, *angles), angle = found.power, found.values, found.angle
     if found.group is not None:
         brought = added if found.field is not None else gathered
-        power, values = brought(found, values, grid.resolved)
-        rows, cell, values = grid.place(values)
-        return Part(cell, power[rows], np.stack(values), found.bounces)
-    rows, cell, values = grid.place(values, found.angle)
+        power, (range_m, velocity, *angles) = brought(found, grid.resolved)
+    if angle is None:
+        angle, *angles = grid.angles(*angles)
+    cell, range_m, velocity = grid.place(range_m, velocity, angle)
     groups = Groups(cell)
-    return Part(groups.keys.astype(np.int64), *groups.means(values, power[rows]), found.bounces)
+    total, means = groups.means((range_m, velocity, *angles), power)
+    inside = slice(int(np.searchsorted(groups.keys, 0)), None)
+    return Part(groups.keys[inside], total[inside], means[:, inside], found.bounces)
+
+
+@compiled
+def _cells(
+    range_m: np.ndarray, velocity: np.ndarray, angle: np.ndarray, ranges: Along, velocities: Along, angles: int
+) -> np.ndarray:
+    """Numbers (k,) int64 of cells; ranges, velocities: lowest value, width and count of theirs; angles: how many."""
+    cell = np.full(len(angle), -1)
+    (nearest, long, far), (slowest, wide, fast) = ranges, velocities
+    for row in range(len(angle)):
+        at = math.floor((range_m[row] - nearest) / long)
+        if 0 <= at < far and angle[row] >= 0:
+            turn = min(max(math.floor((velocity[row] - slowest) / wide), 0), fast - 1)
+            cell[row] = (turn * far + at) * angles + angle[row]
+    return cell
+
+
+@compiled
+def _angle_cells(
+    azimuth: np.ndarray,
+    height: np.ndarray,
+    azimuths: Along,
+    heights: Along,
+    sides: tuple[float, float],
+    levels: tuple[float, float],
+    meet: tuple[bool, bool],
+) -> np.ndarray:
+    """Numbers (k,) int64 of angle cells; azimuths, heights: lowest value, width and count of theirs; sides, levels: the
+    ends within which they are; meet: whether the first cell is also that of the other end.
+    """
+    cell = np.full(len(azimuth), -1)
+    (left, wide, columns), (lowest, tall, rows) = azimuths, heights
+    for row in range(len(azimuth)):
+        if sides[0] <= azimuth[row] < sides[1] and levels[0] <= height[row] < levels[1]:
+            across, up = math.floor((azimuth[row] - left) / wide), math.floor((height[row] - lowest) / tall)
+            across = across % columns if meet[0] else min(across, columns - 1)
+            up = up % rows if meet[1] else min(up, rows - 1)
+            cell[row] = across * rows + up
+    return cell
 
 
 def merged(grid: Grid, parts: Iterable[Part]) -> Cube:
     """The cube of all parts."""
-    parts = [part for part in parts if len(part.cell)]
-    if not parts:
-        return Cube(grid, np.zeros(0, np.int64), np.zeros(0), np.zeros((4, 0)), np.zeros(0, np.uint8))
+    parts = [Part(np.zeros(0, np.int64), np.zeros(0), np.zeros((4, 0)), 0), *parts]
     return _gathered(
         grid,
         np.concatenate([part.cell for part in parts]),

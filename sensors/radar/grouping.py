@@ -7,68 +7,92 @@ from typing import Any
 
 import numpy as np
 
+from sensors.compiled import compiled
+
+_MIX = np.uint64(0x9E3779B97F4A7C15)
+_HIGH = np.uint64(32)
+
 
 class Groups:
-    """Equal keys brought together: neighbours first, so that only one key of a run is sorted.
-
-    What neighbouring rays meet has mostly one key, so runs are long.
-    """
+    """Equal keys brought together. Neighbours have mostly one key, so that few keys are looked up."""
 
     def __init__(self, key: np.ndarray) -> None:
-        """key: (k,) of any sortable dtype."""
-        differs = np.ones(len(key), bool)
-        np.not_equal(key[1:], key[:-1], out=differs[1:])
-        self._starts = np.flatnonzero(differs)
-        self._length = len(key)
-        self.keys, self._run = np.unique(key[self._starts], return_inverse=True)
+        """key: (k,) integers."""
+        found, which = _numbered(key)
+        order = np.argsort(found)
+        self.keys = found[order]
         """The keys that occur, (n,), rising."""
+        place = np.empty(len(order), np.int32)
+        place[order] = np.arange(len(order))
+        self.which = np.take(place, which)
+        """Place in `keys` of each key, (k,) int32."""
 
     def __len__(self) -> int:
         return len(self.keys)
 
-    @property
-    def which(self) -> np.ndarray:
-        """Place in `keys` of each key, (k,) int64."""
-        return self.spread(np.arange(len(self.keys)))
-
     def spread(self, values: np.ndarray) -> np.ndarray:
         """Values (n,), one of each key, at all its places (k,)."""
-        return np.repeat(values[self._run], np.diff(self._starts, append=self._length))
+        return np.asarray(np.take(values, self.which))
 
-    def sums(self, values: np.ndarray, within: type[np.complexfloating[Any, Any]] | None = None) -> list[np.ndarray]:
-        """Sums (n,) float64 of the real and the imaginary parts of values (k,).
-
-        within: the type to sum runs in, where their parts cancel; None: that of the values.
-        """
-        if not self._length:
-            return [np.zeros(0), np.zeros(0)]
-        runs = np.add.reduceat(values, self._starts, dtype=within)
-        return [np.bincount(self._run, part, len(self.keys)) for part in (runs.real, runs.imag)]
+    def sums(self, values: np.ndarray) -> np.ndarray:
+        """Sums (n,) complex128 of values (k,), complex."""
+        found = np.zeros(len(self), np.complex128)
+        _add(self.which, values, found)
+        return found
 
     def means(self, values: Sequence[np.ndarray], weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Sums (n,) float64 of weights (k,), and means (len(values), n) by them of values (k,)."""
-        found = np.empty((len(values), len(self)))
-        varying = []
-        for place, row in enumerate(values):
-            if row.strides[0]:
-                varying.append(place)
-            else:  # one value for all
-                found[place] = row[0] if len(row) else 0.0
-        total, *sums = self._weighted([None, *(values[place] for place in varying)], weight)
-        for place, one in zip(varying, sums, strict=True):
-            np.divide(one, np.maximum(total, 1e-300), out=found[place])
+        total, found = np.zeros(len(self)), np.zeros((len(values), len(self)))
+        _add(self.which, weight, total)
+        for row, mean in zip(values, found, strict=True):
+            _add_weighted(self.which, row, weight, mean)
+        found /= np.maximum(total, 1e-300)
         return total, found
 
-    def _weighted(self, values: Sequence[np.ndarray | None], weight: np.ndarray) -> list[np.ndarray]:
-        """Sums (n,) of values (k,) times weights; None is 1. Two at once: a run costs more than its length."""
-        found: list[np.ndarray] = []
-        both = np.empty(len(weight), np.result_type(weight, np.complex64))
-        both.imag = 0.0
-        for first in range(0, len(values), 2):
-            for row, part in zip(values[first : first + 2], (both.real, both.imag), strict=False):
-                if row is None:
-                    part[:] = weight
-                else:
-                    np.multiply(row, weight, out=part, casting="same_kind")
-            found += self.sums(both)
-        return found[: len(values)]
+
+@compiled
+def _slot(one: Any, keys: np.ndarray, slots: np.ndarray) -> Any:
+    """The slot of a key in a table of open addresses: the one that has its number, or else is free (-1)."""
+    last = len(slots) - 1
+    at = np.int64((np.uint64(one) * _MIX) >> _HIGH) & last
+    while slots[at] >= 0 and keys[slots[at]] != one:
+        at = (at + 1) & last
+    return at
+
+
+@compiled
+def _numbered(key: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The different keys (n,) of (k,) integers, as they come, and the number of each key among them, (k,) int32."""
+    runs = 1
+    for place in range(1, len(key)):
+        runs += key[place] != key[place - 1]
+    size = 16
+    while size < 2 * runs:
+        size *= 2
+    slots, keys, which = np.full(size, np.int32(-1)), np.empty(runs, key.dtype), np.empty(len(key), np.int32)
+    count, number = 0, np.int32(0)
+    for place in range(len(key)):
+        one = key[place]
+        if place == 0 or key[place - 1] != one:
+            at = _slot(one, keys, slots)
+            if slots[at] < 0:
+                slots[at] = count
+                keys[count] = one
+                count += 1
+            number = slots[at]
+        which[place] = number
+    return keys[:count].copy(), which
+
+
+@compiled
+def _add(which: np.ndarray, values: np.ndarray, sums: np.ndarray) -> None:
+    """Adds values (k,) to the sums (n,) of their groups (k,)."""
+    for place in range(len(which)):
+        sums[which[place]] += values[place]
+
+
+@compiled
+def _add_weighted(which: np.ndarray, values: np.ndarray, weight: np.ndarray, sums: np.ndarray) -> None:
+    """Adds values times weights (k,) to the sums (n,) of their groups (k,)."""
+    for place in range(len(which)):
+        sums[which[place]] += np.float64(values[place]) * weight[place]

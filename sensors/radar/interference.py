@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+
+from sensors.compiled import compiled
 
 from .grouping import Groups
 from .scattering import Arrivals
@@ -16,94 +20,105 @@ FLAT_TOP = 0.35
 """Share of a cell's size from its middle within which fields belong to it alone."""
 
 _MIX = np.uint64(0xC2B2AE3D27D4EB4F)
+_HIGH = np.uint64(29)
 
 
-def added(
-    found: Arrivals, values: Sequence[np.ndarray], widths: Sequence[float]
-) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Powers (m,) and values (4 of (m,)) of fields that add up: in each group all that lie within a cell's size.
+def added(found: Arrivals, widths: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
+    """Powers (m,) and values (4, m) of fields that add up: in each group all that lie within a cell's size.
 
-    values: range, velocity, sines of azimuth and elevation, (k,) each; widths: of the cells of each. Sizes are counted
-    from the middle of the group, not from the edges of cells: a target that the radar does not resolve is one, wherever
-    it is. In angle they are at least `ZONES` Fresnel zones, which a mirror reflection needs to form, and neighbours
-    share what lies between them, so that no edge is made where none is.
+    widths: of the cells of range, velocity, sines of azimuth and elevation. Sizes are counted from the middle of the
+    group, not from the edges of cells: a target that the radar does not resolve is one, wherever it is. In angle they
+    are at least `ZONES` Fresnel zones, which a mirror reflection needs to form, and neighbours share what lies between
+    them, so that no edge is made where none is.
     """
     assert found.field is not None
-    assert found.group is not None
     assert found.zone is not None
-    field = found.field
-    groups = Groups(found.group)
-    _, middle = groups.means(values, found.power)
-    away = [row - groups.spread(mean) for row, mean in zip(values, middle.astype(np.float32), strict=True)]
-    key = groups.which.astype(np.uint64)
-    for width, offset in zip(widths[:2], away[:2], strict=True):
-        key = _joined(key, np.rint(offset / width))
-    row: np.ndarray | None = None  # None: one after the other
-    zones = np.float32(ZONES) * found.zone
-    for width, offset in zip(widths[2:], away[2:], strict=True):
-        key, row, field = _shared(key, row, field, offset / np.maximum(zones, np.float32(width)))
-    groups = Groups(key)
-    real, imaginary = groups.sums(field, np.complex128)
-    squared = real**2 + imaginary**2
+    which, middle = _in_groups(found)
+    values = found.values
+    key, row, weight = _cells(which, middle, *values, ZONES * found.zone, tuple(widths), FLAT_TOP)
+    groups, field = Groups(key), np.take(found.field, row) * weight
+    sums = groups.sums(field)
+    squared = sums.real**2 + sums.imag**2
     # Where a face reflects as a mirror, the fields that do not cancel tell the place; else the strongest do.
     power = field.real**2 + field.imag**2
-    least = np.maximum(squared, 1e-300)
-    share = field.real * groups.spread(real / least) + field.imag * groups.spread(imaginary / least)
-    if row is not None:
-        values = [each if each.strides[0] == 0 else np.take(each, row) for each in values]
-    (_, means), (_, places) = groups.means(values, power), groups.means(values, share)
+    sums /= np.maximum(squared, 1e-300)
+    share = field.real * groups.spread(sums.real) + field.imag * groups.spread(sums.imag)
+    each = [np.take(one, row) for one in values]
+    (_, means), (_, places) = groups.means(each, power), groups.means(each, share)
     near = np.abs(places - means) < np.array(widths)[:, None] / 2
-    return squared, list(np.where(near, places, means))
+    return squared, np.where(near, places, means)
 
 
-def gathered(
-    found: Arrivals, values: Sequence[np.ndarray], widths: Sequence[float]
-) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Powers (m,) and values (4 of (m,)) of powers that add up: in each group all that lie within a cell's size.
+def gathered(found: Arrivals, widths: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
+    """Powers (m,) and values (4, m) of powers that add up: in each group all that lie within a cell's size.
 
     As `added`: a curved target that the radar does not resolve is one, also on the edge of a cell.
     """
+    nowhere = np.zeros_like(found.power)
+    which, middle = _in_groups(found)
+    key, *_ = _cells(which, middle, *found.values, nowhere, tuple(widths), 1.0)
+    return Groups(key).means(found.values, found.power)
+
+
+def _in_groups(found: Arrivals) -> tuple[np.ndarray, np.ndarray]:
+    """The group (k,) of each, by number, and the middles (4, n) of the groups."""
     assert found.group is not None
     groups = Groups(found.group)
-    _, middle = groups.means(values, found.power)
-    key = groups.which.astype(np.uint64)
-    for width, row, mean in zip(widths, values, middle, strict=True):
-        key = _joined(key, np.rint((row - groups.spread(mean)) / width))
-    total, means = Groups(key).means(values, found.power)
-    return total, list(means)
+    return groups.which, groups.means(found.values, found.power)[1]
 
 
-def _shared(
-    key: np.ndarray, row: np.ndarray | None, field: np.ndarray, place: np.ndarray
-) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
-    """Fields by whole places; what lies far from one goes to both neighbours, with weights that add up to 1.
+@compiled
+def _joined(key: Any, number: float) -> Any:
+    """A key for both a key and a whole number."""
+    key = (key ^ np.uint64(np.int64(number))) * _MIX
+    return key ^ (key >> _HIGH)
 
-    row: of each, in `place`; None: one after the other.
-    """
-    if row is not None:
-        place = np.take(place, row)
+
+@compiled
+def _beside(place: float, flat_top: float) -> tuple[float, float]:
+    """The whole number beside a place, and its share of what is there: 0 within `flat_top` of the nearest one."""
     whole = np.rint(place)
     off = place - whole
-    some = np.flatnonzero(np.abs(off) > FLAT_TOP)
-    if not len(some):
-        return _joined(key, whole), row, field
-    beside = np.clip((np.abs(off[some]) - FLAT_TOP) / (1.0 - 2.0 * FLAT_TOP), 0.0, 0.5)
-    weight = np.sin(np.pi / 2 * beside) ** 2
-    given = field[some] * weight.astype(np.float32)
-    kept = field.copy()
-    kept[some] -= given
-    shared = some if row is None else row[some]
-    places = np.concatenate((whole, whole[some] + np.sign(off[some])))
-    return (
-        _joined(np.concatenate((key, key[some])), places),
-        np.concatenate((np.arange(len(field)) if row is None else row, shared)),
-        np.concatenate((kept, given)),
-    )
+    if abs(off) <= flat_top:
+        return whole, 0.0
+    near = min((abs(off) - flat_top) / (1.0 - 2.0 * flat_top), 0.5)
+    return whole + math.copysign(1.0, off), math.sin(math.pi / 2.0 * near) ** 2
 
 
-def _joined(key: np.ndarray, number: np.ndarray) -> np.ndarray:
-    """Keys of what has equal keys and equal whole numbers; the keys themselves where all numbers are 0."""
-    if not number.any():
-        return key
-    key = (key ^ number.astype(np.int64).view(np.uint64)) * _MIX
-    return np.asarray(key ^ (key >> np.uint64(29)))
+@compiled
+def _cells(
+    which: np.ndarray,
+    middle: np.ndarray,
+    range_m: np.ndarray,
+    velocity: np.ndarray,
+    azimuth: np.ndarray,
+    height: np.ndarray,
+    least: np.ndarray,
+    widths: tuple[float, ...],
+    flat_top: float,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Keys (m,) uint64 of the cells about the middles (4, n) of their groups (k,) in which values (k,) lie, with their
+    rows (m,) int32 and the shares (m,) float32 that belong there: up to four of each row, of the two angles.
+
+    widths: of the four; least: (k,) of the angles' cells.
+    """
+    keys = np.empty(4 * len(which), np.uint64)
+    rows = np.empty(4 * len(which), np.int32)
+    shares = np.empty(4 * len(which), np.float32)
+    count = 0
+    for row in range(len(which)):
+        group = which[row]
+        key = _joined(np.uint64(group), np.rint((range_m[row] - middle[0, group]) / widths[0]))
+        key = _joined(key, np.rint((velocity[row] - middle[1, group]) / widths[1]))
+        across = (azimuth[row] - middle[2, group]) / max(least[row], widths[2])
+        up = (height[row] - middle[3, group]) / max(least[row], widths[3])
+        side, aside = _beside(across, flat_top)
+        above, over = _beside(up, flat_top)
+        for place, share in ((np.rint(across), 1.0 - aside), (side, aside)):
+            if share > 0.0:
+                column = _joined(key, place)
+                for level, part in ((np.rint(up), 1.0 - over), (above, over)):
+                    if part > 0.0:
+                        keys[count], rows[count], shares[count] = _joined(column, level), row, share * part
+                        count += 1
+    return keys[:count], rows[:count], shares[:count]

@@ -59,6 +59,15 @@ class Arrivals:
     angle: np.ndarray | None = None
     bounces: int = 1
 
+    def __post_init__(self) -> None:
+        for name in ("range_m", "velocity", "azimuth", "height", "power"):
+            setattr(self, name, np.ascontiguousarray(getattr(self, name), np.float32))
+
+    @property
+    def values(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """What cells are of: range, velocity, sines of azimuth and elevation."""
+        return self.range_m, self.velocity, self.azimuth, self.height
+
     @classmethod
     def together(cls, parts: list[Arrivals]) -> Arrivals:
         """Several of the same bounce and kind as one."""

@@ -11,8 +11,8 @@ from tests.support.radar_scenes import SCAN, WPM, plate, radar_world
 def one_return(grid_of, range_m, velocity):
     grid = grid_of
     values = np.array([[range_m], [velocity], [0.0], [0.0]])
-    _, cell, values = grid.place(values)
-    return Cube(grid, cell, np.array([1.0]), np.stack(values), np.ones(1, np.uint8))
+    cell, *values[:2] = grid.place(*values[:2], grid.angles(*values[2:])[0])
+    return Cube(grid, cell, np.array([1.0]), values, np.ones(1, np.uint8))
 
 
 @pytest.fixture
