@@ -42,15 +42,14 @@ def cast_alone(
     if start:
         scene = TriangleScene(np.concatenate(vertices), np.concatenate(triangles), warm=False)
         nearest = scene.cast(table, world.threads).distance
-    ways = np.ascontiguousarray(table[:, 3:6].T)
+    ways, every = np.ascontiguousarray(table[:, 3:6].T), np.arange(len(table))
     for number in surfaces:
         solid = world.surfaces[number]
         if world.is_solid(solid):
             form, body = Forms([solid.form]), world.body_of[number]
             pose = poses[body][None] if body >= 0 and poses is not None else None
-            every = np.arange(len(table))
-            met = form.seen_from(rays.origin, pose).meet(every, np.zeros_like(every), ways, offsets)
-            nearest[met.rows] = np.minimum(nearest[met.rows], met.length.astype(np.float32))
+            length = form.seen_from(rays.origin, pose).meet(every, np.zeros_like(every), table, offsets)
+            np.minimum(nearest, length.astype(np.float32), out=nearest)
         if isinstance(world.surfaces[number], Plane):
             origin, normal = world.plane(number, poses)
             height = float((rays.origin - origin) @ normal)

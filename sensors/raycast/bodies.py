@@ -11,10 +11,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from sensors.compiled import compiled
+
 from .near import NEAR_RAD, Moving, NearMeshes
-from .nearest import Nearest, turn_each
+from .nearest import Nearest
 from .places import Pairs, Places, windows
-from .rays import RayBundle
+from .rays import COMMON, RayBundle, Spots
 from .triangles import TriangleScene
 
 PITCH = 4.0
@@ -48,7 +50,6 @@ class MovingMeshes:
         centre = self.boxes.mean(axis=1)
         radii = [np.sqrt(((each - at) ** 2).sum(axis=1).max()) for each, at in zip(points, centre, strict=True)]
         self.radii = np.array(radii) * (1 + 1e-6) + 1e-6
-        self._lengths = self.radii.astype(np.float32)
         self._near = NearMeshes(moving)
         if not self._near.all_few:  # otherwise all are gathered
             self._build(moving, centre)
@@ -122,63 +123,75 @@ class MovingMeshes:
 
         poses: (p or 1, b, 4, 4) float64 [m] of the bodies, as each bundle sees them.
         """
-        index, pair, which = pairs.index, pairs.pair, pairs.surface
-        rotations = poses[pairs.look if len(poses) > 1 else 0, self.bodies[which], :3, :3]
-        turns = np.ascontiguousarray(rotations.transpose(1, 2, 0), np.float32)
-        local, entry = self._into_cells(rays, pairs, places.towards[pairs.look, which], rotations, turns)
+        which, radii = pairs.surface, self.radii[pairs.surface]
+        turns = poses[pairs.look if len(poses) > 1 else 0, self.bodies[which], :3, :3]
+        towards = places.towards[pairs.look, which] / radii[:, None]
+        shift = self._cells[which] - (np.swapaxes(turns, 1, 2) @ towards[:, :, None])[:, :, 0]  # in float64
+        frames = np.concatenate([towards, shift, turns.reshape(-1, 9)], axis=1, dtype=np.float32)
+        offsets = COMMON if rays.offsets is None else rays.offsets
+        lengths = radii.astype(np.float32)
+        local, entry = _into_cells(pairs.index, pairs.pair, rays.table, offsets, frames, lengths)
         found = self._scene.cast(local, threads, uv=nearest.with_spots)
-        own = np.flatnonzero(found.distance <= BEYOND)
-        begins, counts = self._begins[which], self._counts[which]
-        if rays.offsets is not None:  # a ray with its own origin may start in the cell of another mesh, and meet that
-            place = found.triangle.take(own) - begins.take(pair[own])  # below its begin it wraps around
-            own = own[place < counts.take(pair[own])]
-        index, pair = index[own], pair[own]
-        distance = (found.distance[own] + entry[own]) * self._lengths[which].take(pair)
+        distance, triangle, normals = _out_of_cells(
+            *(pairs.pair, entry, found.distance, found.triangle, found.normals),
+            *(frames, lengths, self._begins[which], self._counts[which]),
+        )
+        spots = None if found.uv is None else Spots(triangle, found.uv)
+        nearest.add_some(pairs.index, distance, self.surfaces[which].take(pairs.pair), normals, spots)
 
-        def normals(rows: np.ndarray) -> np.ndarray:
-            return turn_each(found.normals.take(own[rows], axis=0), turns, pair[rows])
 
-        def spots(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            assert found.uv is not None
-            triangle = found.triangle.take(own[rows]) - begins.take(pair[rows])
-            return triangle, found.uv.take(own[rows], axis=0)
+@compiled
+def _into_cells(
+    index: np.ndarray, pair: np.ndarray, table: np.ndarray, offsets: np.ndarray, frames: np.ndarray, radii: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Rays (r, 6) float32 in their meshes' cells, and their entry distances, (r,) float32; both in radii.
 
-        nearest.add_some(index, distance, self.surfaces[which].take(pair), normals, spots)
-
-    def _into_cells(
-        self, rays: RayBundle, pairs: Pairs, towards: np.ndarray, rotations: np.ndarray, turns: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Rays (r, 6) float32 in their meshes' cells, and their entry distances, (r,) float32; both in radii.
-
-        towards: (k, 3) [m] to the meshes of the pairs; turns: (3, 3, k) float32, the rotations. The shift between the
-        frames is computed in float64.
-        """
-        index, radii = pairs.index, self.radii[pairs.surface]
-        towards = towards / radii[:, None]
-        shift = self._cells[pairs.surface] - (np.swapaxes(rotations, 1, 2) @ towards[:, :, None])[:, :, 0]
-        frames = np.concatenate([towards.T, shift.T, 1 / radii[None], turns.reshape(9, -1)], dtype=np.float32)
-        each = np.repeat(frames, np.bincount(pairs.pair, minlength=len(radii)), axis=1)  # much faster than by number
-        way, at, scale, turn = each[:3], each[3:6], each[6], each[7:].reshape(3, 3, -1)
-        directions = rays.directions.take(index, axis=1)
-        entry = _dot(way, directions)  # to the point nearest to the mesh's centre
-        if rays.offsets is not None:
-            offsets = rays.offsets.take(index, axis=0, mode="clip").T * scale
-            entry -= _dot(directions, offsets)
-        entry -= np.float32(BEFORE)
-        np.maximum(entry, np.float32(0), out=entry)
-        local = np.empty((len(index), 6), np.float32)
+    index, pair: (r,), of the ray and its mesh. table, offsets: of all rays. frames: (k, 15) float32, of each mesh the
+    way to its centre in radii, the place of the rays' origin in its cell, and its rotation, by rows; radii: (k,) [m].
+    """
+    local, entry = np.empty((len(index), 6), np.float32), np.empty(len(index), np.float32)
+    for row in range(len(index)):
+        ray, mesh = index[row], pair[row]
+        own, scale = min(ray, len(offsets) - 1), np.float32(1) / radii[mesh]
+        x, y, z = offsets[own, 0] * scale, offsets[own, 1] * scale, offsets[own, 2] * scale
+        u, v, w = table[ray, 3], table[ray, 4], table[ray, 5]
+        # To the point nearest to the mesh's centre, less the way before it.
+        ahead = frames[mesh, 0] * u + frames[mesh, 1] * v + frames[mesh, 2] * w - (u * x + v * y + w * z)
+        entry[row] = ahead = max(ahead - np.float32(BEFORE), np.float32(0))
         for axis in range(3):
-            if rays.offsets is not None:
-                at[axis] += _dot(turn[:, axis], offsets)
-            direction = _dot(turn[:, axis], directions)
-            local[:, 3 + axis] = direction
-            np.add(at[axis], np.multiply(direction, entry, out=direction), out=local[:, axis])
-        return local, entry
+            one, two, three = frames[mesh, 6 + axis], frames[mesh, 9 + axis], frames[mesh, 12 + axis]
+            direction = one * u + two * v + three * w
+            local[row, axis] = frames[mesh, 3 + axis] + (one * x + two * y + three * z) + direction * ahead
+            local[row, 3 + axis] = direction
+    return local, entry
 
 
-def _dot(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Dot products of vectors (3, n), pairwise."""
-    total = first[0] * second[0]
-    total += first[1] * second[1]
-    total += first[2] * second[2]
-    return np.asarray(total)
+@compiled
+def _out_of_cells(
+    pair: np.ndarray,
+    entry: np.ndarray,
+    distance: np.ndarray,
+    triangle: np.ndarray,
+    normals: np.ndarray,
+    frames: np.ndarray,
+    radii: np.ndarray,
+    begins: np.ndarray,
+    counts: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Hits in the cells (r,) as distances [m], inf for those of other meshes, triangles of the meshes, and normals.
+
+    entry, frames, radii: of `_into_cells`; begins, counts: (k,) uint32, the triangles of each mesh in the scene.
+    """
+    far, own, turned = np.empty_like(distance), np.empty_like(triangle), np.empty_like(normals)
+    for row in range(len(pair)):
+        mesh = pair[row]
+        own[row] = triangle[row] - begins[mesh]
+        far[row] = (distance[row] + entry[row]) * radii[mesh]
+        # A ray with its own origin may start in the cell of another mesh, and meet that.
+        if not (distance[row] <= BEYOND and begins[mesh] <= triangle[row] < begins[mesh] + counts[mesh]):
+            far[row] = np.inf
+        x, y, z = normals[row, 0], normals[row, 1], normals[row, 2]
+        for axis in range(3):
+            one, two, three = frames[mesh, 6 + 3 * axis], frames[mesh, 7 + 3 * axis], frames[mesh, 8 + 3 * axis]
+            turned[row, axis] = one * x + two * y + three * z
+    return far, own, turned

@@ -30,9 +30,7 @@ class Enclosed:
     def __init__(self, solids: Sequence[Solid], first: int) -> None:
         self._forms = Forms([solid.form for solid in solids])
         self._first = np.uint32(first)
-        place = np.empty(len(solids), np.intp)
-        place[self._forms.order] = np.arange(len(solids))
-        self._solid = np.repeat(place, [len(solid.triangles) for solid in solids])
+        self._solid = np.repeat(np.arange(len(solids)), [len(solid.triangles) for solid in solids])
 
     def correct(self, scene: TriangleScene, rays: RayBundle, found: TriangleHits, threads: int) -> None:
         """Replaces hits with the triangles of solids, which `rays` have met in the scene."""
@@ -40,38 +38,33 @@ class Enclosed:
         if not len(rows):
             return
         forms = self._forms.seen_from(rays.origin)
-        hits: list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]] = []
         for _ in range(MOST_STEPS):
-            rows, owner = self._by_solid(rows, found.triangle)
-            met = forms.meet(rows, owner, rays.directions, rays.offsets)
-            hits.append((rows[met.rows], met.owner, met.length, met.point))
-            passed = np.ones(len(rows), bool)
-            passed[met.rows] = False
-            rows = self._go_on(scene, rays, found, rows[passed], threads)
+            tried = rows, self._solid[found.triangle[rows] - self._first], rays.table, rays.offsets
+            length = forms.meet(*tried)
+            passed = rows[np.isinf(length)]
+            travelled = found.distance[passed]
+            found.distance[rows], found.normals[rows] = length, forms.normals(*tried, length)
+            rows = self._go_on(scene, rays, found, passed, travelled, threads)
             if not len(rows):
                 break
         found.distance[rows], found.triangle[rows], found.normals[rows] = np.inf, NOTHING, 0.0
-        rows, owner, length, point = (np.concatenate(each, axis=-1) for each in zip(*hits, strict=True))
-        found.distance[rows] = length
-        order = np.argsort(owner, kind="stable")
-        found.normals[rows[order]] = forms.normals(owner[order], point[:, order])
-
-    def _by_solid(self, rows: np.ndarray, triangle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Rows of rays that hit triangles of solids, and the solids, sorted by these."""
-        owner = self._solid[triangle[rows] - self._first]
-        order = np.argsort(owner, kind="stable")
-        return rows[order], owner[order]
 
     def _on_solids(self, triangle: np.ndarray) -> np.ndarray:
         return np.flatnonzero((triangle >= self._first) & (triangle != NOTHING))
 
     def _go_on(
-        self, scene: TriangleScene, rays: RayBundle, found: TriangleHits, rows: np.ndarray, threads: int
+        self,
+        scene: TriangleScene,
+        rays: RayBundle,
+        found: TriangleHits,
+        rows: np.ndarray,
+        travelled: np.ndarray,
+        threads: int,
     ) -> np.ndarray:
         """Writes what the rays `rows` meet behind their triangles; returns those that meet triangles of solids."""
         if not len(rows):
             return rows
-        travelled = found.distance[rows] + np.float32(SKIN)
+        travelled = travelled + np.float32(SKIN)
         table = rays.table[rows]
         table[:, :3] += travelled[:, None] * table[:, 3:6]
         beyond = scene.cast(table, threads, uv=found.uv is not None)

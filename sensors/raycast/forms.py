@@ -6,52 +6,44 @@ stays the same. Origins are subtracted in float64 first, so a range is as exact 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
 from graph.sim.geometry.closed_forms import ClosedForm
+from sensors.compiled import compiled
 
+from .rays import COMMON
 from .triangles import SKIN
-
-BLOCK = 8192
-"""Rays that are computed together, so that their numbers stay in the cache."""
 
 SEAM = 1e-12
 """Tolerance where two pieces of a surface join, so that no ray passes between them."""
 
-Span = tuple[np.ndarray, np.ndarray]
-"""From where to where lines are inside a convex solid, (k,) float64; empty or NaN for those that never are."""
+BALL, BOX, CYLINDER, FRUSTUM, CAPSULE = range(5)
+_KINDS = {"ball": BALL, "box": BOX, "frustum": FRUSTUM, "capsule": CAPSULE}
 
 
 class Forms:
-    """m solids with closed forms, ordered by kind.
-
-    order: (m,) the place of each in the sequence it was made of.
-    """
+    """m solids with closed forms."""
 
     def __init__(self, forms: Sequence[ClosedForm]) -> None:
-        kinds = np.array([_number(form) for form in forms], np.intp)
-        self.order = np.argsort(kinds, kind="stable")
-        self._ends = np.searchsorted(kinds[self.order], np.arange(len(_KINDS) + 1))
-        frames = np.array([forms[at].frame for at in self.order])
+        frames = np.array([form.frame for form in forms])
         self._inverse = np.linalg.inv(frames[:, :3, :3])
         self._centre = frames[:, :3, 3]
-        self._sizes = np.array([(forms[at].low, forms[at].high) for at in self.order]).T
-        boxes = np.array([forms[at].bounds() for at in self.order])
-        self.boxes = boxes
+        self._kinds = np.array([_kind(form) for form in forms])
+        self._sizes = np.array([(form.low, form.high) for form in forms])
+        self.boxes = np.array([form.bounds() for form in forms])
         """(m, 2, 3) [m], the least and the greatest coordinates, in the frames of the surfaces."""
-        self.radii = np.array([_radius(forms[at], box) for at, box in zip(self.order, boxes, strict=True)])
+        self.radii = np.array([_radius(form, box) for form, box in zip(forms, self.boxes, strict=True)])
         """(m,) [m], of spheres about the boxes' centres that hold the solids."""
 
     def some(self, which: np.ndarray) -> Forms:
-        """The solids `which` (k,), ascending; each may be there several times."""
+        """The solids `which` (k,); each may be there several times."""
         found = copy(self)
-        found._ends = np.searchsorted(which, self._ends)
-        found._inverse, found._centre, found._sizes = self._inverse[which], self._centre[which], self._sizes[:, which]
+        found._inverse, found._centre = self._inverse[which], self._centre[which]
+        found._kinds, found._sizes = self._kinds[which], self._sizes[which]
         return found
 
     def seen_from(self, origin: np.ndarray, poses: np.ndarray | None = None) -> PlacedForms:
@@ -60,255 +52,224 @@ class Forms:
         if poses is not None:
             inverse = inverse @ np.swapaxes(poses[:, :3, :3], 1, 2)
             centre = (poses[:, :3, :3] @ centre[:, :, None])[:, :, 0] + poses[:, :3, 3]
-        return PlacedForms(inverse, centre - origin, self._sizes, self._ends)
+        start = -(inverse @ (centre - origin)[:, :, None])[:, :, 0]
+        return PlacedForms(start, inverse, self._kinds, self._sizes)
 
 
 class PlacedForms:
-    """The solids of a `Forms` as seen from one origin."""
+    """The solids of a `Forms` as seen from one origin: the origin in each solid's frame, and the way into the frame."""
 
-    def __init__(self, inverse: np.ndarray, centre: np.ndarray, sizes: np.ndarray, ends: np.ndarray) -> None:
-        self._sizes, self._ends = sizes, ends
-        # By columns: the origin in the solid's frame (0 to 2), and the inverse (3 to 11).
-        start = -(inverse @ centre[:, :, None])[:, :, 0]
-        self._table = np.concatenate([start.T, inverse.reshape(-1, 9).T])
+    def __init__(self, start: np.ndarray, inverse: np.ndarray, kinds: np.ndarray, sizes: np.ndarray) -> None:
+        self._solids = start, inverse, kinds, sizes
 
-    def meet(self, index: np.ndarray, owner: np.ndarray, directions: np.ndarray, offsets: np.ndarray | None) -> Met:
-        """Where rays meet the solids that are tried for them.
+    def meet(self, index: np.ndarray, owner: np.ndarray, table: np.ndarray, offsets: np.ndarray | None) -> np.ndarray:
+        """(k,) float64 [lengths of the rays' directions]: where rays meet the solids tried for them; inf: not at all.
 
-        index, owner: (k,) the ray and the solid of each pair, sorted by solid. directions: (3, n) float32 of all rays;
-        offsets: (n, 3) float32 [m] of their origins from the solids' one. A ray that leaves a solid within `SKIN` of
-        its origin started on its surface, and does not meet it there.
+        index, owner: (k,) the ray and the solid of each pair. table: (n, 6) float32, its columns 3 to 5 the directions
+        of all rays; offsets: (n, 3) float32 [m] of their origins from the solids' one. A ray that leaves a solid within
+        `SKIN` of its origin started on its surface, and does not meet it there.
         """
-        found: list[tuple[np.ndarray, ...]] = []
-        for low, high, pairs, counts in self._blocks(owner):
-            table = np.repeat(self._table[:, low:high], counts, axis=1)
-            turn, start = table[3:].reshape(3, 3, -1), table[:3]
-            ahead = _turned(turn, directions.take(index[pairs], axis=1).astype(np.float64))
-            if offsets is not None:
-                start += _turned(turn, offsets.take(index[pairs], axis=0).T.astype(np.float64))
-            enter, leave = np.empty((2, len(ahead[0])))
-            with np.errstate(all="ignore"):
-                for number, some in self._by_kind(owner[pairs]):
-                    sizes = self._sizes.take(owner[pairs][some], axis=1) if number in _SIZED else None
-                    enter[some], leave[some] = _SPAN[number](start[:, some], ahead[:, some], sizes)
-                rows, length = _ahead(enter, leave)
-            point = ahead.take(rows, axis=1) * length
-            point += start.take(rows, axis=1)
-            found.append((rows + pairs.start, length, point))
-        if len(found) != 1:
-            found.append((np.zeros(0, np.intp), np.zeros(0), np.zeros((3, 0))))
-            found = [tuple(np.concatenate(each, axis=-1) for each in zip(*found, strict=True))]
-        rows, length, point = found[0]
-        return Met(self, rows, length, owner.take(rows), point)
+        return _lengths(index, owner, table, COMMON if offsets is None else offsets, *self._solids, SKIN)
 
-    def normals(self, owner: np.ndarray, point: np.ndarray) -> np.ndarray:
-        """(k, 3) float32 unit normals, outwards, world axes, at points (3, k) in the frames of solids (k,), sorted."""
-        local = np.empty_like(point)
-        for number, some in self._by_kind(owner):
-            sizes = self._sizes.take(owner[some], axis=1) if number in _SIZED else None
-            local[:, some] = _NORMAL[number](point[:, some], sizes)
-        turn = self._table[3:].take(owner, axis=1).reshape(3, 3, -1)
-        normal = _turned(np.swapaxes(turn, 0, 1), local)
-        normal /= np.sqrt(_dot(normal, normal))
-        return np.asarray(normal.T.astype(np.float32))
-
-    def _blocks(self, owner: np.ndarray) -> Iterator[tuple[int, int, slice, np.ndarray]]:
-        """Runs of solids with about `BLOCK` pairs: from, to, the pairs, and how many each solid has."""
-        counts = np.bincount(owner, minlength=self._table.shape[1])
-        if 0 < len(owner) <= BLOCK:
-            yield 0, len(counts), slice(0, len(owner)), counts
-            return
-        before = np.concatenate([[0], np.cumsum(counts)])
-        low = 0
-        while before[low] < len(owner):
-            high = max(int(np.searchsorted(before, before[low] + BLOCK, side="right")) - 1, low + 1)
-            if before[high] > before[low]:
-                yield low, high, slice(int(before[low]), int(before[high])), counts[low:high]
-            low = high
-
-    def _by_kind(self, owner: np.ndarray) -> Iterator[tuple[int, slice]]:
-        """Runs of pairs, sorted by solid, whose solids are of one kind: its number, and the pairs."""
-        for number, (low, high) in enumerate(pairwise(owner.searchsorted(self._ends).tolist())):
-            if high > low:
-                yield number, slice(low, high)
+    def normals(
+        self, index: np.ndarray, owner: np.ndarray, table: np.ndarray, offsets: np.ndarray | None, length: np.ndarray
+    ) -> np.ndarray:
+        """(k, 3) float32 unit normals, outwards, world axes, at the `length`s found by `meet`; 0 for infinite ones."""
+        return _normals(index, owner, table, COMMON if offsets is None else offsets, *self._solids, length)
 
 
-@dataclass(frozen=True, slots=True)
-class Met:
-    """Pairs of a ray and a solid that it meets.
-
-    rows: (k,) of those that were tried; length: (k,) float64 [lengths of the ray's direction] to the place; owner:
-    (k,) the solids, ascending; point: (3, k) float64, the places in the frames of the solids.
-    """
-
-    forms: PlacedForms
-    rows: np.ndarray
-    length: np.ndarray
-    owner: np.ndarray
-    point: np.ndarray
-
-    def normals(self, some: np.ndarray) -> np.ndarray:
-        """(m, 3) float32 unit normals, outwards, world axes, of some of the pairs, in ascending order."""
-        return self.forms.normals(self.owner.take(some), self.point.take(some, axis=1))
+Vector = tuple[float, float, float]
 
 
-def _turned(turn: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    out = turn[:, 0] * vectors[0]
-    out += turn[:, 1] * vectors[1]
-    out += turn[:, 2] * vectors[2]
-    return np.asarray(out)
+@compiled
+def _turned(turns: np.ndarray, which: int, x: float, y: float, z: float) -> Vector:
+    return (
+        turns[which, 0, 0] * x + turns[which, 0, 1] * y + turns[which, 0, 2] * z,
+        turns[which, 1, 0] * x + turns[which, 1, 1] * y + turns[which, 1, 2] * z,
+        turns[which, 2, 0] * x + turns[which, 2, 1] * y + turns[which, 2, 2] * z,
+    )
 
 
-def _dot(one: np.ndarray, two: np.ndarray) -> np.ndarray:
-    out = one[0] * two[0]
-    out += one[1] * two[1]
-    out += one[2] * two[2]
-    return np.asarray(out)
+@compiled
+def _into_frame(
+    ray: int, solid: int, table: np.ndarray, offsets: np.ndarray, starts: np.ndarray, inverse: np.ndarray
+) -> tuple[Vector, Vector]:
+    """A ray in a solid's frame: its origin and direction."""
+    own = min(ray, len(offsets) - 1)
+    x, y, z = _turned(inverse, solid, offsets[own, 0], offsets[own, 1], offsets[own, 2])
+    start = x + starts[solid, 0], y + starts[solid, 1], z + starts[solid, 2]
+    return start, _turned(inverse, solid, table[ray, 3], table[ray, 4], table[ray, 5])
 
 
-def _ahead(enter: np.ndarray, leave: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Rows of the spans that have an end ahead, and the end that the ray meets first."""
-    rows = np.flatnonzero((leave >= enter) & (leave >= 0))
-    length, leave = enter.take(rows), leave.take(rows)
-    inside = np.flatnonzero(length < 0)
-    if len(inside):
-        length[inside] = np.where(leave[inside] >= SKIN, leave[inside], np.inf)
-        met = np.flatnonzero(np.isfinite(length))
-        return rows[met], length[met]
-    return rows, length
+@compiled
+def _within(a: float, b: float, c: float) -> tuple[float, float]:
+    """From where to where a t^2 + 2 b t + c <= 0, for a > 0; from inf to -inf where it never is."""
+    square = b * b - a * c
+    if not square >= 0:
+        return np.inf, -np.inf
+    root = math.sqrt(square)
+    return -(root + b) / a, (root - b) / a
 
 
-def _ball(start: np.ndarray, ahead: np.ndarray, sizes: np.ndarray | None) -> Span:
-    return _within(_dot(ahead, ahead), _dot(start, ahead), _dot(start, start) - 1.0)
+@compiled
+def _slab(start: float, ahead: float, half: float) -> tuple[float, float]:
+    """From where to where |start + t ahead| <= half (Kay and Kajiya 1986)."""
+    each = 1.0 / (ahead + 1e-300)  # a ray along a slab is never, or always, within it
+    span, middle = abs(each) * half, -each * start
+    return middle - span, middle + span
 
 
-def _within(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """From where to where a t^2 + 2 b t + c <= 0, for a > 0; NaN where it never is."""
-    root = b * b
-    root -= a * c
-    np.sqrt(root, out=root)
-    leave = root - b
-    leave /= a
-    np.add(root, b, out=root)
-    np.negative(root, out=root)
-    root /= a
-    return root, leave
+@compiled
+def _ball(start: Vector, ahead: Vector) -> tuple[float, float]:
+    (x, y, z), (u, v, w) = start, ahead
+    return _within(u * u + v * v + w * w, x * u + y * v + z * w, x * x + y * y + z * z - 1.0)
 
 
-def _box(start: np.ndarray, ahead: np.ndarray, sizes: np.ndarray | None) -> Span:
-    before, leave = _slab(start, ahead)
-    return -before.min(axis=0), np.asarray(leave.min(axis=0))
+@compiled
+def _box(start: Vector, ahead: Vector) -> tuple[float, float]:
+    enter, leave = -np.inf, np.inf
+    for axis in range(3):
+        first, last = _slab(start[axis], ahead[axis], 1.0)
+        enter, leave = max(enter, first), min(leave, last)
+    return enter, leave
 
 
-def _slab(start: np.ndarray, ahead: np.ndarray, half: np.ndarray | None = None) -> Span:
-    """From minus where to where |start + t ahead| <= half, or 1 (Kay and Kajiya 1986)."""
-    middle = ahead + 1e-300  # a ray along a slab is never, or always, within it
-    np.divide(1.0, middle, out=middle)
-    span = np.abs(middle)
-    if half is not None:
-        span *= half
-    middle *= start  # less than 0 where the ray comes to the middle of the slab
-    leave = span - middle
-    middle += span
-    return middle, leave
-
-
-def _cylinder(start: np.ndarray, ahead: np.ndarray, sizes: np.ndarray | None) -> Span:
+@compiled
+def _cylinder(start: Vector, ahead: Vector, high: float) -> tuple[float, float]:
+    """x^2 + y^2 <= 1 from z = -high to high."""
     (x, y, z), (u, v, w) = start, ahead
     enter, leave = _within(u * u + v * v + 1e-300, x * u + y * v, x * x + y * y - 1.0)
-    before, last = _slab(z, w)
-    return np.maximum(enter, -before), np.minimum(leave, last)
+    first, last = _slab(z, w, high)
+    return max(enter, first), min(leave, last)
 
 
-def _quadratic(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The two roots of a t^2 + 2 b t + c, in any order; NaN or infinite for those that do not exist."""
-    q = -(b + np.copysign(np.sqrt(b * b - a * c), b))
-    return q / a, c / q
-
-
-def _frustum(start: np.ndarray, ahead: np.ndarray, sizes: np.ndarray | None) -> Span:
+@compiled
+def _frustum(start: Vector, ahead: Vector, low: float, high: float) -> tuple[float, float]:
     """The side x^2 + y^2 = (m + n z)^2 between the ends at z = -1 and 1, and the ends' discs."""
-    assert sizes is not None
-    low, high = sizes
-    m, n = (low + high) / 2, (high - low) / 2
     (x, y, z), (u, v, w) = start, ahead
+    m, n = (low + high) / 2, (high - low) / 2
     level = m + n * z
-    side = _quadratic(u * u + v * v - (n * w) ** 2, x * u + y * v - n * w * level, x * x + y * y - level * level)
-    found = [np.where(np.abs(z + t * w) <= 1 + SEAM, t, np.nan) for t in side]
+    a, c = u * u + v * v - (n * w) ** 2, x * x + y * y - level * level
+    b = x * u + y * v - n * w * level
+    q = -(b + math.copysign(math.sqrt(b * b - a * c), b))
+    enter, leave = np.inf, -np.inf
+    for t in (q / a, c / q):  # the roots of a t^2 + 2 b t + c, if they exist
+        if abs(z + t * w) <= 1 + SEAM:
+            enter, leave = min(enter, t), max(leave, t)
     for end, radius in ((-1.0, low), (1.0, high)):
         t = (end - z) / w
-        found.append(np.where((x + t * u) ** 2 + (y + t * v) ** 2 <= (radius * radius) * (1 + SEAM), t, np.nan))
-    enter = leave = found[0]
-    for one in found[1:]:
-        enter, leave = np.fmin(enter, one), np.fmax(leave, one)
+        if (x + t * u) ** 2 + (y + t * v) ** 2 <= radius * radius * (1 + SEAM):
+            enter, leave = min(enter, t), max(leave, t)
     return enter, leave
 
 
-def _capsule(start: np.ndarray, ahead: np.ndarray, sizes: np.ndarray | None) -> Span:
+@compiled
+def _capsule(start: Vector, ahead: Vector, low: float, high: float) -> tuple[float, float]:
     """The union of a cylinder and a ball at each of its ends, which is convex."""
-    assert sizes is not None
-    (x, y, z), (u, v, w) = start, ahead
-    low, high = sizes
-    across, along, beside = u * u + v * v, x * u + y * v, x * x + y * y - 1.0
-    side, slab = _within(across + 1e-300, along, beside), _slab(z, w, high)
-    enter, leave = np.maximum(side[0], -slab[0]), np.minimum(side[1], slab[1])
-    empty = ~(enter <= leave)
-    enter[empty] = leave[empty] = np.nan
-    across += w * w
+    x, y, z = start
+    enter, leave = _cylinder(start, ahead, high)
+    if not enter <= leave:
+        enter, leave = np.inf, -np.inf
     for end in (low, high):
-        over = z - end
-        first, last = _within(across, along + over * w, beside + over * over)
-        enter, leave = np.fmin(enter, first), np.fmax(leave, last)
+        first, last = _ball((x, y, z - end), ahead)
+        enter, leave = min(enter, first), max(leave, last)
     return enter, leave
 
 
-def _ball_normal(point: np.ndarray, sizes: np.ndarray | None) -> np.ndarray:
-    return point
+@compiled
+def _lengths(
+    index: np.ndarray,
+    owner: np.ndarray,
+    table: np.ndarray,
+    offsets: np.ndarray,
+    starts: np.ndarray,
+    inverse: np.ndarray,
+    kinds: np.ndarray,
+    sizes: np.ndarray,
+    skin: float,
+) -> np.ndarray:
+    """See `PlacedForms.meet`."""
+    found = np.full(len(index), np.inf)
+    for pair in range(len(index)):
+        solid = owner[pair]
+        start, ahead = _into_frame(index[pair], solid, table, offsets, starts, inverse)
+        kind, low, high = kinds[solid], sizes[solid, 0], sizes[solid, 1]
+        if kind == BALL:
+            enter, leave = _ball(start, ahead)
+        elif kind == BOX:
+            enter, leave = _box(start, ahead)
+        elif kind == CYLINDER:
+            enter, leave = _cylinder(start, ahead, 1.0)
+        elif kind == FRUSTUM:
+            enter, leave = _frustum(start, ahead, low, high)
+        else:
+            enter, leave = _capsule(start, ahead, low, high)
+        if leave >= enter >= 0:
+            found[pair] = enter
+        elif leave >= enter and leave >= skin:
+            found[pair] = leave
+    return found
 
 
-def _box_normal(point: np.ndarray, sizes: np.ndarray | None) -> np.ndarray:
-    away = np.abs(point)
-    return np.asarray(np.where(away == away.max(axis=0), np.sign(point), 0.0))
+@compiled
+def _box_normal(x: float, y: float, z: float) -> Vector:
+    """Of the face that is nearest; of several at an edge."""
+    most = max(abs(x), abs(y), abs(z))
+    return (
+        math.copysign(1.0, x) if abs(x) == most else 0.0,
+        math.copysign(1.0, y) if abs(y) == most else 0.0,
+        math.copysign(1.0, z) if abs(z) == most else 0.0,
+    )
 
 
-def _cylinder_normal(point: np.ndarray, sizes: np.ndarray | None) -> np.ndarray:
-    return _side_or_end(point, 1.0, 0.0)
-
-
-def _frustum_normal(point: np.ndarray, sizes: np.ndarray | None) -> np.ndarray:
-    assert sizes is not None
-    low, high = sizes
+@compiled
+def _frustum_normal(x: float, y: float, z: float, low: float, high: float) -> Vector:
+    """Of the side or the end, whichever is nearer."""
     slope = (high - low) / 2
-    return _side_or_end(point, (low + high) / 2 + slope * point[2], slope)
+    radius, level = (low + high) / 2 + slope * z, math.hypot(x, y)
+    if level == 0 or abs(1 - abs(z)) < abs(level - radius):
+        return 0.0, 0.0, math.copysign(1.0, z)
+    return x, y, -slope * level
 
 
-def _side_or_end(point: np.ndarray, radius: np.ndarray | float, slope: np.ndarray | float) -> np.ndarray:
-    """Normals of a frustum, by the surface that is nearer to each point; radius: of the side at its height."""
-    x, y, z = point
-    level = np.hypot(x, y)
-    on_end = (np.abs(1 - np.abs(z)) < np.abs(level - radius)) | (level == 0)
-    normal = np.stack([x, y, -slope * level])
-    normal[:, on_end] = 0.0
-    normal[2, on_end] = np.sign(z[on_end])
-    return normal
+@compiled
+def _normals(
+    index: np.ndarray,
+    owner: np.ndarray,
+    table: np.ndarray,
+    offsets: np.ndarray,
+    starts: np.ndarray,
+    inverse: np.ndarray,
+    kinds: np.ndarray,
+    sizes: np.ndarray,
+    lengths: np.ndarray,
+) -> np.ndarray:
+    """See `PlacedForms.normals`."""
+    found, out = np.zeros((len(index), 3), np.float32), inverse.transpose(0, 2, 1)
+    for pair in range(len(index)):
+        solid, t = owner[pair], lengths[pair]
+        if not t < np.inf:
+            continue
+        kind, low, high = kinds[solid], sizes[solid, 0], sizes[solid, 1]
+        (x, y, z), (u, v, w) = _into_frame(index[pair], solid, table, offsets, starts, inverse)
+        x, y, z = u * t + x, v * t + y, w * t + z
+        if kind == BOX:
+            x, y, z = _box_normal(x, y, z)
+        elif kind == CYLINDER:
+            x, y, z = _frustum_normal(x, y, z, 1.0, 1.0)
+        elif kind == FRUSTUM:
+            x, y, z = _frustum_normal(x, y, z, low, high)
+        elif kind == CAPSULE:
+            z -= min(max(z, low), high)
+        x, y, z = _turned(out, solid, x, y, z)
+        away = math.sqrt(x * x + y * y + z * z)
+        found[pair, 0], found[pair, 1], found[pair, 2] = x / away, y / away, z / away
+    return found
 
 
-def _capsule_normal(point: np.ndarray, sizes: np.ndarray | None) -> np.ndarray:
-    assert sizes is not None
-    (x, y, z), (low, high) = point, sizes
-    return np.stack([x, y, z - np.clip(z, low, high)])
-
-
-_KINDS = ("ball", "box", "cylinder", "frustum", "capsule")
-_SPAN = (_ball, _box, _cylinder, _frustum, _capsule)
-_NORMAL = (_ball_normal, _box_normal, _cylinder_normal, _frustum_normal, _capsule_normal)
-_SIZED = (3, 4)
-"""Kinds for which `low` and `high` matter."""
-
-
-def _number(form: ClosedForm) -> int:
-    """The place of a form in these tables; a cylinder is a frustum of one radius."""
-    return _KINDS.index("cylinder" if form.kind == "frustum" and form.low == form.high else form.kind)
+def _kind(form: ClosedForm) -> int:
+    """The number of a form's kind; a cylinder is a frustum of one radius."""
+    return CYLINDER if form.kind == "frustum" and form.low == form.high else _KINDS[form.kind]
 
 
 def _radius(form: ClosedForm, box: np.ndarray) -> float:

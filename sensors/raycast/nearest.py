@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from copy import copy
 
 import numpy as np
 
+from sensors.compiled import compiled
+
 from .rays import NOTHING, Hits, Spots
 from .triangles import TriangleHits
+
+_NO_NORMALS = np.zeros((0, 3), np.float32)
+_NO_SPOTS = Spots(np.zeros(0, np.uint32), np.zeros((0, 2), np.float32))
 
 
 class Nearest:
@@ -27,7 +31,8 @@ class Nearest:
         """
         self._count = count
         self._surface_of, self._starts, self._first = surface_of, starts, np.uint32(triangles)
-        self._with_normals = normals
+        self.with_normals = normals
+        """Whether the normals are requested."""
         self.with_spots = spots
         """Whether the places on the surfaces are requested."""
         self._spots: Spots | None = None
@@ -60,7 +65,7 @@ class Nearest:
         """The nearest of all added hits."""
         distance = self.distance
         assert self._number is not None
-        normals = self._normals if self._with_normals else None
+        normals = self._normals if self.with_normals else None
         return Hits(distance, normals, self._number, self._surface_of, self._spots)
 
     def add_static(self, found: TriangleHits, kept: bool) -> None:
@@ -68,7 +73,7 @@ class Nearest:
         self._distance, self._normals, self._number = found.distance, found.normals, found.triangle
         if kept:
             self._distance, self._number = self._distance.copy(), self._number.copy()
-            self._normals = self._normals.copy() if self._with_normals else None
+            self._normals = self._normals.copy() if self.with_normals else None
         if self.with_spots and found.uv is not None:
             surface = self._surface_of.take(found.triangle, mode="clip")
             start = self._starts.take(surface, mode="clip")
@@ -81,7 +86,7 @@ class Nearest:
         assert self._number is not None
         np.copyto(self.distance, distance, where=nearer)
         np.copyto(self._number, np.uint32(surface) + self._first, where=nearer)
-        if self._with_normals:
+        if self.with_normals:
             assert self._normals is not None
             for axis in range(3):  # five times as fast as rows of three
                 np.copyto(self._normals[:, axis], np.float32(normal[axis]), where=nearer)
@@ -93,48 +98,48 @@ class Nearest:
         index: np.ndarray,
         distance: np.ndarray,
         surfaces: np.ndarray,
-        normals: Callable[[np.ndarray], np.ndarray],
-        spots: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
-        *,
-        once: bool = False,
+        normals: np.ndarray | None,
+        spots: Spots | None = None,
     ) -> None:
-        """Hits of the rays `index` (k,), each of which may repeat unless `once`, with the surfaces (k,) uint32.
+        """Hits (k,) of the rays `index`, each of which may repeat, with the surfaces (k,) uint32; inf for a miss.
 
-        normals: gives the unit normals (m, 3), world axes, of some of them, in ascending order; spots: their triangles
-        and uv (`Spots`).
+        normals: (k, 3) float32, unit, world axes, None if they are not requested; spots: None for no triangles.
         """
-        rows = np.flatnonzero(distance < self.distance.take(index))
-        distance, index = distance.take(rows), index.take(rows)
-        if once:
-            self.distance[index] = distance
-        else:
-            np.minimum.at(self.distance, index, distance)
-            won = np.flatnonzero(distance == self.distance.take(index))
-            index, rows = index.take(won), rows.take(won)
-        last_first = slice(None, None, -1)  # of equals the first is written last
-        self._mark(index[last_first], surfaces.take(rows[last_first]))
-        if self._with_normals:
-            assert self._normals is not None
-            self._normals[index[last_first]] = normals(rows)[last_first]
-        if self._spots is not None:
-            triangle, uv = spots(rows)
-            self._spots.triangle[index[last_first]], self._spots.uv[index[last_first]] = (
-                triangle[last_first],
-                uv[last_first],
-            )
-
-    def _mark(self, rows: np.ndarray, surfaces: np.ndarray | np.uint32) -> None:
+        here = self.distance
         assert self._number is not None
-        self._number[rows] = surfaces + self._first
+        into, own = self._spots or _NO_SPOTS, spots or _NO_SPOTS
+        if self._spots is not None and spots is None:
+            own = Spots(np.full(len(index), NOTHING), np.zeros((len(index), 2), np.float32))
+        normal_of = _NO_NORMALS if self._normals is None or normals is None else self._normals
+        _add(
+            *(index, distance, surfaces + self._first, _NO_NORMALS if normals is None else normals),
+            *(own.triangle, own.uv, here, self._number, normal_of, into.triangle, into.uv),
+        )
 
 
-def turn_each(vectors: np.ndarray, turns: np.ndarray, owner: np.ndarray) -> np.ndarray:
-    """Vectors (n, 3), each by its mesh's rotation; turns: (3, 3, m) float32 of all meshes. Column by column."""
-    out = np.empty(vectors.shape, np.float32)
-    columns = np.ascontiguousarray(vectors.T)
-    for row in range(3):
-        turned = np.take(turns[row, 0], owner) * columns[0]
-        for axis in (1, 2):
-            turned += np.take(turns[row, axis], owner) * columns[axis]
-        out[:, row] = turned
-    return out
+@compiled
+def _add(
+    index: np.ndarray,
+    distance: np.ndarray,
+    numbers: np.ndarray,
+    normals: np.ndarray,
+    triangle: np.ndarray,
+    uv: np.ndarray,
+    nearest: np.ndarray,
+    number_of: np.ndarray,
+    normal_of: np.ndarray,
+    triangle_of: np.ndarray,
+    uv_of: np.ndarray,
+) -> None:
+    """Writes hits (k,) that are nearer than the rays' former ones; arrays without rows are left out."""
+    for hit in range(len(index)):
+        ray = index[hit]
+        if not distance[hit] < nearest[ray]:
+            continue
+        nearest[ray], number_of[ray] = distance[hit], numbers[hit]
+        if len(normal_of):
+            for axis in range(3):
+                normal_of[ray, axis] = normals[hit, axis]
+        if len(triangle_of):
+            triangle_of[ray] = triangle[hit]
+            uv_of[ray, 0], uv_of[ray, 1] = uv[hit, 0], uv[hit, 1]

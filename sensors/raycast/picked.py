@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .nearest import Nearest
-from .rays import RayBundle
+from .rays import RayBundle, Spots
 from .triangles import TriangleScene
 
 
@@ -22,7 +22,7 @@ def cast_picked(
     """Adds the hits of rays in a scene whose triangles have the surfaces (t,) uint32.
 
     first: (t,) uint32, the scene's first triangle of the same surface.
-    index: (k,) rays that may hit anything, each once; None: all. start: (3,) float32 [m], the bundle's origin in the
+    index: (k,) rays that may hit anything; None: all. start: (3,) float32 [m], the bundle's origin in the
     scene's frame.
     """
     if index is None:
@@ -33,18 +33,11 @@ def cast_picked(
     else:
         return
     found = scene.cast(table, threads, uv=nearest.with_spots)
-    hit = np.flatnonzero(np.isfinite(found.distance))
-
-    def normals(rows: np.ndarray) -> np.ndarray:
-        return np.asarray(np.take(found.normals, hit[rows], axis=0))
-
-    def spots(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        assert found.uv is not None
-        triangle = np.take(found.triangle, hit[rows])
-        return triangle - np.take(first, triangle), np.take(found.uv, hit[rows], axis=0)
-
-    target = hit if index is None else index[hit]
-    nearest.add_some(target, found.distance[hit], np.take(surface, found.triangle[hit]), normals, spots, once=True)
+    spots = None
+    if found.uv is not None:
+        spots = Spots(found.triangle - first.take(found.triangle, mode="clip"), found.uv)
+    target = np.arange(len(table)) if index is None else index
+    nearest.add_some(target, found.distance, surface.take(found.triangle, mode="clip"), found.normals, spots)
 
 
 def _started(rays: RayBundle, index: np.ndarray, start: np.ndarray) -> np.ndarray:

@@ -17,6 +17,8 @@ MARGIN_RAD = 1e-4
 """Cones are widened by this angle, so that rounding loses no ray."""
 NOTHING = np.uint32(2**32 - 1)
 """Object index of a miss."""
+COMMON = np.zeros((1, 3), np.float32)
+"""The offsets of rays that all begin at their origin, for compiled loops."""
 
 
 @dataclass(slots=True)

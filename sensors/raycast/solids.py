@@ -11,7 +11,7 @@ from graph.sim.geometry.surfaces import Solid
 from .forms import Forms
 from .nearest import Nearest
 from .places import Pairs
-from .rays import NOTHING, RayBundle
+from .rays import RayBundle
 
 
 class MovingSolids:
@@ -23,8 +23,8 @@ class MovingSolids:
 
     def __init__(self, solids: Sequence[tuple[Solid, int, int]]) -> None:
         self._forms = Forms([solid.form for solid, _, _ in solids])
-        numbers = np.array([(surface, body) for _, surface, body in solids], np.intp)[self._forms.order]
-        self.surfaces, self.bodies = numbers[:, 0].astype(np.uint32), numbers[:, 1]
+        self.surfaces = np.array([surface for _, surface, _ in solids], np.uint32)
+        self.bodies = np.array([body for _, _, body in solids], np.intp)
         self.boxes, self.radii = self._forms.boxes, self._forms.radii
 
     def cast(
@@ -37,11 +37,7 @@ class MovingSolids:
         origins = np.array([look.origin for look in looks])[pairs.look]
         moved = poses[pairs.look if len(poses) > 1 else 0, self.bodies[pairs.surface]]
         forms = self._forms.some(pairs.surface).seen_from(origins, moved)
-        met = forms.meet(pairs.index, pairs.pair, rays.directions, None if rays.parts else rays.offsets)
-        surfaces = self.surfaces[pairs.surface]
-
-        def spots(some: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            return np.full(len(some), NOTHING), np.zeros((len(some), 2), np.float32)
-
-        length = met.length.astype(np.float32)
-        nearest.add_some(pairs.index.take(met.rows), length, surfaces.take(met.owner), met.normals, spots)
+        tried = pairs.index, pairs.pair, rays.table, None if rays.parts else rays.offsets
+        length = forms.meet(*tried)
+        normals = forms.normals(*tried, length) if nearest.with_normals else None
+        nearest.add_some(pairs.index, length.astype(np.float32), self.surfaces[pairs.surface].take(pairs.pair), normals)

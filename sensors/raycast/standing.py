@@ -15,7 +15,7 @@ from graph.sim.geometry.surfaces import Mesh, Plane, Solid
 
 from .enclosed import Enclosed, enclosing
 from .nearest import Nearest
-from .rays import NO_SURFACE, RayBundle
+from .rays import NO_SURFACE, RayBundle, Spots
 from .regions import Regions
 from .triangles import TriangleHits, TriangleScene, shared_scene
 
@@ -199,14 +199,8 @@ class StandingScene:
         if self.static is None:
             return
         found, _ = self.cast(self.static, replace(rays, memory=None), start, threads, uv=nearest.with_spots)
-        hit = np.flatnonzero(np.isfinite(found.distance))
-        surfaces = np.take(self.surface_of, found.triangle[hit])
-
-        def spots(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            assert found.uv is not None
-            return found.triangle[hit[rows]] - self.starts[surfaces[rows]], found.uv[hit[rows]]
-
-        def normals(rows: np.ndarray) -> np.ndarray:
-            return np.asarray(found.normals[hit[rows]])
-
-        nearest.add_some(hit, found.distance[hit], surfaces.astype(np.uint32), normals, spots, once=True)
+        surfaces = self.surface_of.take(found.triangle, mode="clip").astype(np.uint32)
+        spots = None
+        if found.uv is not None:
+            spots = Spots(found.triangle - self.starts.take(surfaces, mode="clip"), found.uv)
+        nearest.add_some(np.arange(len(surfaces)), found.distance, surfaces, found.normals, spots)
