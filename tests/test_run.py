@@ -273,6 +273,27 @@ def test_a_failing_node_ends_the_run_with_1_and_keeps_the_recording(tmp_path, sm
     assert json.loads((tmp_path / "out" / "report.json").read_text())["updates"] == 30
 
 
+def test_transforms_of_the_update_in_which_a_node_fails_are_recorded(tmp_path, capsys):
+    file = tmp_path / "g.yaml"
+    file.write_text("""
+tickgraph: 1
+scene: {prims: {/World/Ball: {type: Sphere}}}
+graphs:
+  /World/G:
+    nodes:
+      tick: OnPlaybackTick
+      tf: {type: ROS2PublishTransformTree, inputs: {targetPrims: [/World/Ball]}}
+      bad: {type: DifferentialController, inputs: {wheelRadius: .nan, wheelDistance: 1.0}}
+    connections:
+      - tick.tick -> [tf.execIn, bad.execIn]
+""")
+    assert main(["run", str(file), "--out", str(tmp_path / "out")]) == 1
+    (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("graph:")]
+    assert "wheelRadius is nan" in line
+    (message,) = messages(tmp_path / "out" / "run.mcap", "/tf")
+    assert message.transforms[0].child_frame_id == "Ball"
+
+
 def test_a_diverging_simulation_ends_the_run_with_1_and_keeps_the_recording(tmp_path, small, capsys):
     text = SMALL.replace("mass: 1.0", "mass: 1.0, velocity: [1.0e+12, 0, 0]", 1)
     small.write_text(text)

@@ -354,11 +354,15 @@ class App:
     def tell_closing(self) -> None:
         """Calls the "closing" subscribers, once, while world and sinks are still unchanged.
 
-        `close` does so first; code that reads results before (a report, a recording) calls it earlier.
+        `close` does so first; code that reads results before (a report, a recording) calls it earlier. What an update
+        that failed has gathered for its end (TF) is published before.
         """
         if not self._told_closing:
             self._told_closing = True
-            self.phases["closing"]()
+            try:
+                self.bus.release()
+            finally:
+                self.phases["closing"]()
 
     def close(self) -> None:
         """Calls the "closing" subscribers, stops, calls the "close" subscribers and closes the bus's sinks.
