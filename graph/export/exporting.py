@@ -38,8 +38,7 @@ def export(run: RunReader, form: str, out: Path, patterns: Sequence[str] = (), *
     out.mkdir(parents=True, exist_ok=True)
     if form in (kitti.NAME, nuscenes.NAME):
         write = kitti.write_kitti if form == kitti.NAME else nuscenes.write_nuscenes
-        notes = write(run, topics, transforms, read_labels(run), out)
-        return [*notes, f"wrote {', '.join(topics)} into {out} ({form})"]
+        return write(run, topics, transforms, read_labels(run), out)
     scanned = [topic for topic in topics if run.recorded[topic].type_name in clouds.TYPES]
     pictured = [topic for topic in topics if run.recorded[topic].type_name == images.IMAGE and form in ("png", "npz")]
     places = {topic: out / name for topic, name in file_names(run.recorded).items()}

@@ -32,7 +32,7 @@ TO_CAMERA = np.array([[0.0, -1, 0, 0], [0, 0, -1, 0], [1, 0, 0, 0], [0, 0, 0, 1]
 
 
 def write_kitti(run: RunReader, topics: list[str], transforms: TransformLog, labels: Labels, out: Path) -> list[str]:
-    """Writes the layout; returns notes. Raises UserError unless there is one cloud."""
+    """Writes the layout; returns lines for the user. Raises UserError unless there is one cloud."""
     topic = one_cloud(run, topics, NAME)
     sequence = out / "sequences" / "00"
     (sequence / "velodyne").mkdir(parents=True, exist_ok=True)
@@ -62,15 +62,16 @@ def write_kitti(run: RunReader, topics: list[str], transforms: TransformLog, lab
     (sequence / "calib.txt").write_text("\n".join(lines) + "\n")
     if labelled:
         _write_names(sequence / "labels.json", labels, topic, numbers)
+    wrote = f"wrote {topic} into {out} ({NAME})"
     if any(pose is None for pose in poses):
-        return [f"{topic}: the recording has no transforms of its frame, so there is no poses/00.txt"]
+        return [f"{topic}: the recording has no transforms of its frame, so there is no poses/00.txt", wrote]
     (out / "poses").mkdir(exist_ok=True)
     placed = [pose for pose in poses if pose is not None]
     start = inverse_rigid(placed[0]) if placed else np.eye(4)
     back = inverse_rigid(camera_from_lidar)
     rows = [_numbers((camera_from_lidar @ start @ pose @ back)[:3].ravel()) for pose in placed]
     (out / "poses" / "00.txt").write_text("".join(f"{row}\n" for row in rows))
-    return []
+    return [wrote]
 
 
 def _to_camera(scan: Scan, info: Any, transforms: TransformLog) -> Floats:

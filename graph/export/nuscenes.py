@@ -115,7 +115,10 @@ class _Tables:
 
 
 def write_nuscenes(run: RunReader, topics: list[str], transforms: TransformLog, labels: Labels, out: Path) -> list[str]:
-    """Writes the layout; returns notes. Raises UserError unless there is one cloud, RunError without its transforms."""
+    """Writes the layout; returns lines for the user.
+
+    Raises UserError unless there is one cloud, RunError without its transforms.
+    """
     topic = one_cloud(run, topics, NAME)
     tables = _Tables(transforms, run.name)
     (out / "samples" / LIDAR).mkdir(parents=True, exist_ok=True)
@@ -140,14 +143,14 @@ def write_nuscenes(run: RunReader, topics: list[str], transforms: TransformLog, 
         stamps.append(scan.stamp_ns)
     if not stamps:
         raise UserError(f"{topic} has no message; nothing to export")
-    notes = _add_cameras(run, topics, tables, stamps, out)
+    shown, notes = _add_cameras(run, topics, tables, stamps, out)
     _add_samples(tables, run, stamps)
     tables.rows["category"] += (
         {"token": token("category", number), "name": _class_name(name), "description": "", "index": number}
         for number, name in sorted(classes.items())
     )
     tables.write(out / VERSION)
-    return notes
+    return [*notes, f"wrote {', '.join([topic, *shown])} into {out} ({NAME})"]
 
 
 def _add_samples(tables: _Tables, run: RunReader, stamps: list[int]) -> None:
@@ -171,8 +174,10 @@ def _add_samples(tables: _Tables, run: RunReader, stamps: list[int]) -> None:
     )
 
 
-def _add_cameras(run: RunReader, topics: list[str], tables: _Tables, stamps: list[int], out: Path) -> list[str]:
-    """Pictures, one for each sample: the nearest in time to the lidar's scan."""
+def _add_cameras(
+    run: RunReader, topics: list[str], tables: _Tables, stamps: list[int], out: Path
+) -> tuple[list[str], list[str]]:
+    """Pictures, one for each sample: the nearest in time to the lidar's scan. Returns their topics, and notes."""
     pictures = [topic for topic in topics if run.recorded[topic].type_name == IMAGE]
     infos = [topic.name for topic in run.recorded.values() if topic.type_name == CAMERA_INFO]
     matrices: dict[str, list[list[float]]] = {}
@@ -180,18 +185,22 @@ def _add_cameras(run: RunReader, topics: list[str], tables: _Tables, stamps: lis
         info = next((entry.load() for entry in run.read([topic])), None)
         if info is not None:
             matrices[info.header.frame_id] = np.asarray(info.k, float).reshape(3, 3).tolist()
-    notes, number = [], 0
+    shown: list[str] = []
+    notes: list[str] = []
     for topic in pictures:
         first = next((entry.load() for entry in run.read([topic])), None)
-        if first is None or first.encoding not in _PICTURES:
+        if first is None:
+            continue
+        if first.encoding not in _PICTURES:
+            notes.append(f"{topic}: left out: {NAME} holds pictures of {', '.join(_PICTURES)}, not {first.encoding}")
             continue
         frame = first.header.frame_id
         if frame not in matrices or not tables.transforms.knows(frame):
             missing = "CameraInfo" if frame not in matrices else "transform"
             notes.append(f"{topic}: left out: the recording has no {missing} of frame {frame!r}")
             continue
-        channel = "CAM_FRONT" if not number else f"CAM_{number}"
-        number += 1
+        channel = f"CAM_{len(shown)}" if shown else "CAM_FRONT"
+        shown.append(topic)
         (out / "samples" / channel).mkdir(parents=True, exist_ok=True)
         for count, (sample, stamp, message) in enumerate(_nearest(run, topic, stamps)):
             if not count:
@@ -199,7 +208,7 @@ def _add_cameras(run: RunReader, topics: list[str], tables: _Tables, stamps: lis
             file = f"samples/{channel}/{sample:06d}.png"
             write_png(out / file, message)
             tables.add_data(channel, frame, stamp, token("sample", sample), file, (message.height, message.width))
-    return notes
+    return shown, notes
 
 
 def _nearest(run: RunReader, topic: str, stamps: list[int]) -> list[tuple[int, int, Any]]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graph.sim.transforms import Floats, from_xyzw, pose_matrices, slerp
+from graph.sim.transforms import Floats, from_xyzw, inverse_rigid, pose_matrices, slerp
 
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 STATIC = "_static"
@@ -77,18 +77,24 @@ class TransformLog:
         """(n, 4, 4) poses of a frame at these times [ns], in the frame `root` (default: that at the top of its tree).
 
         Between two transforms positions are interpolated linearly and rotations on the shorter arc. None if the frame
-        or a transform within `REACH_NS` of a time is not recorded, or `root` is not above the frame.
+        or a transform within `REACH_NS` of a time is not recorded, or `root` is not in the frame's tree.
         """
         if not self.knows(frame):
             return None
+        chain = self.chain(frame)
+        if root is None or root in chain:
+            return self._above(chain[: -1 if root is None else chain.index(root)], times)
+        branch = self.chain(root)
+        if branch[-1] != chain[-1]:
+            return None
+        top_frame, top_root = self._above(chain[:-1], times), self._above(branch[:-1], times)
+        return None if top_frame is None or top_root is None else inverse_rigid(top_root) @ top_frame
+
+    def _above(self, names: list[str], times: NDArray[np.int64]) -> Floats | None:
+        """(n, 4, 4) poses of the first frame in the parent of the last; each frame is in the next."""
         whole = np.broadcast_to(np.eye(4), (len(times), 4, 4))
-        for name in self.chain(frame):
-            if name == root:
-                return whole
-            edge = self._edges.get(name)
-            if edge is None or len(self.chain(name)) == 1:
-                return whole if root is None else None
-            step = _at(edge, times)
+        for name in names:
+            step = _at(self._edges[name], times)
             if step is None:
                 return None
             whole = step @ whole

@@ -183,7 +183,7 @@ def test_kitti_has_scans_labels_times_poses_and_calibration(run, tmp_path):
 
 
 def test_nuscenes_tables_lead_from_sample_to_sample_and_to_the_world(run, tmp_path):
-    export(run, "nuscenes", tmp_path / "out")
+    assert export(run, "nuscenes", tmp_path / "out") == [f"wrote /points, /rgb into {tmp_path / 'out'} (nuscenes)"]
     folder = tmp_path / "out/v1.0-tickgraph"
     tables = {path.stem: json.loads(path.read_text()) for path in folder.iterdir()}
     by_token = {row["token"]: row for rows in tables.values() for row in rows}
@@ -210,6 +210,21 @@ def test_nuscenes_tables_lead_from_sample_to_sample_and_to_the_world(run, tmp_pa
     labels = np.fromfile(tmp_path / "out" / tables["lidarseg"][1]["filename"], np.uint8)
     assert labels.tolist() == [7, 7, 9]
     assert {row["index"]: row["name"] for row in tables["category"]} == {7: "car", 9: "tree"}
+
+
+def test_nuscenes_names_the_pictures_that_it_does_not_hold(tmp_path):
+    bus = MessageBus()
+    bus.subscribe(McapSink(tmp_path / "run.mcap"))
+    frames = [FrameTransform("world", frame, (0, 0, 1), (0, 0, 0, 1)) for frame in ("lidar", "camera")]
+    bus.publish("/tf_static", TF, transforms(frames, 0), 0)
+    bus.publish("/points", CLOUD, cloud(0), 0)
+    depth = {"header": header(0, "camera"), "height": 1, "width": 1, "encoding": "32FC1", "step": 4, "data": [0] * 4}
+    bus.publish("/depth", IMAGE, from_plain(IMAGE, depth), 0)
+    bus.close()
+    with open_run(tmp_path / "run.mcap") as recording:
+        left_out, wrote = export(recording, "nuscenes", tmp_path / "out")
+    assert left_out == "/depth: left out: nuscenes holds pictures of rgb8, bgr8, mono8, not 32FC1"
+    assert wrote == f"wrote /points into {tmp_path / 'out'} (nuscenes)"
 
 
 def test_pictures_keep_their_pixels_and_depth_is_in_millimetres(tmp_path):
@@ -306,6 +321,18 @@ def test_frames_that_hang_on_each_other_end_and_are_no_endless_chain():
     log.add(transforms([FrameTransform("b", "a", (1, 0, 0), (0, 0, 0, 1))], 0), "/tf")
     assert log.chain("a") == ["a", "b"]
     assert log.poses("c", np.array([0])) is None
+
+
+def test_a_frame_has_a_pose_in_every_frame_of_its_tree_and_in_no_other():
+    # a stands at x = 1, turned by +90 degrees about z; b at x = 3 is 2 m to its right: y = -2.
+    log = TransformLog()
+    log.add(transforms([FrameTransform("w", "a", (1, 0, 0), (0, 0, HALF, HALF))], 0), "/tf")
+    log.add(transforms([FrameTransform("w", "b", (3, 0, 0), (0, 0, 0, 1))], 0), "/tf")
+    log.add(transforms([FrameTransform("elsewhere", "c", (0, 0, 0), (0, 0, 0, 1))], 0), "/tf")
+    at = np.array([0])
+    np.testing.assert_allclose(log.poses("b", at, "a")[0, :3, 3], [0, -2, 0], atol=1e-12)
+    np.testing.assert_array_equal(log.poses("w", at)[0], np.eye(4))
+    assert log.poses("c", at, "a") is None
 
 
 def test_turns_between_two_transforms_take_the_shorter_arc():
