@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import re
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 from graph.sim.scene.prim_paths import prim_at
 
@@ -23,21 +24,32 @@ ROOT = "/Render/OmniverseKit/HydraTextures"
 
 
 def render_product(
-    app: App, prim_path: str, resolution: tuple[int, int] = (1280, 720), name: str | None = None
+    app: App, prim_path: str, resolution: Sequence[int] = (1280, 720), name: str | None = None
 ) -> RenderProduct:
     """The render product of a sensor prim at a resolution (width, height); an equal one is reused.
 
     name: last part of the product's path; by default made from prim and resolution. A product made while playing exists
     from the external time at the start of the present update. Raises SensorValueError (a UserError) for prims that are
-    not sensors, and for sensors that this version cannot render.
+    not sensors, for sensors that this version cannot render, and for a resolution of anything but two whole numbers.
     """
     if not prim_path:
         raise SensorValueError("there is no prim (empty path) to render; give the path of a sensor")
-    size = (int(resolution[0]), int(resolution[1]))
+    size = image_size(resolution, "(width, height)")
     for product in app.rendering.products.values():
         if product.camera_path == prim_path and product.resolution == size:
             return product
     return place_product(app, f"{ROOT}/{_free_name(app, name or product_name(prim_path, size))}", prim_path, size)
+
+
+def image_size(resolution: Sequence[Any], words: str) -> tuple[int, int]:
+    """Two whole numbers, above 0 or not. words: what they are. Raises SensorValueError for anything else."""
+    try:
+        numbers = [int(side) for side in resolution]
+        if len(numbers) == 2 and numbers == [*resolution]:
+            return numbers[0], numbers[1]
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise SensorValueError(f"resolution {resolution!r} is not {words}: give two whole numbers")
 
 
 def place_product(app: App, path: str, prim_path: str, resolution: tuple[int, int]) -> RenderProduct:

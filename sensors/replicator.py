@@ -49,9 +49,7 @@ def create_render_product(
     from graph.sim import App
 
     path = camera.GetPath() if hasattr(camera, "GetPath") else getattr(camera, "path", camera)
-    if len(resolution) != 2:
-        raise SensorValueError(f"resolution {resolution!r} is not (width, height)")
-    return render_product(app or App.current(), str(path), (int(resolution[0]), int(resolution[1])), name)
+    return render_product(app or App.current(), str(path), resolution, name)
 
 
 def get_annotator(

@@ -198,9 +198,7 @@ class SensorPrim:
 
     def _check_wrapped(self) -> None:
         """Raises SensorValueError for a prim of another type; this one has its schema built in."""
-        kind = self.prim.GetTypeName()
-        if kind != self.prim_type:
-            raise SensorValueError(f"{self.path} is a {kind or 'typeless prim'}, not an {self.prim_type}")
+        check_type(self.prim, self.prim_type)
 
     def _write_rate(self, tick_rate: float | Fraction | None, attributes: Mapping[str, Any]) -> None:
         if tick_rate is None:
@@ -236,22 +234,39 @@ class SensorPrim:
         self.app.warn(code, f"{self.path}.{detail}" if detail else self.path, message)
 
 
+def check_type(prim: Usd.Prim, wanted: str) -> None:
+    """Raises SensorValueError for a prim of another type."""
+    if (kind := prim.GetTypeName()) != wanted:
+        raise SensorValueError(f"{prim.GetPath()} is of type {kind or 'none'}, not {wanted}")
+
+
 def resolve(stage: Usd.Stage, path: str, word: str) -> tuple[str, bool]:
     """(prim path, whether the prim exists) of a path or regular expression; word: for the sensor."""
+    matches = matching_paths(stage, path)
+    if len(matches) > 1:
+        raise SensorValueError(f"{path!r} matches {len(matches)} prims; a {word} is exactly one")
+    return matches[0], bool(stage.GetPrimAtPath(matches[0]))
+
+
+def matching_paths(stage: Usd.Stage, path: str) -> list[str]:
+    """An absolute path itself; of a regular expression, the prims that it matches, in the stage's order.
+
+    Raises SensorValueError where nothing matches.
+    """
     from graph.sim.usd import Sdf
 
     if Sdf.Path.IsValidPathString(path) and Sdf.Path(path).IsAbsolutePath():
-        return path, bool(stage.GetPrimAtPath(path))
+        return [path]
     try:
         pattern = re.compile(path)
     except re.error as error:
         raise SensorValueError(f"{path!r} is neither a prim path nor a regular expression ({error})") from error
     matches = [str(prim.GetPath()) for prim in stage.Traverse() if pattern.fullmatch(str(prim.GetPath()))]
-    if len(matches) > 1:
-        raise SensorValueError(f"{path!r} matches {len(matches)} prims; a {word} is exactly one")
     if not matches:
-        raise SensorValueError(f"{path!r} is not an absolute prim path, and no prim matches it")
-    return matches[0], True
+        raise SensorValueError(
+            f"{path!r} is not an absolute prim path, and as a regular expression (.* is any text) it matches no prim"
+        )
+    return matches
 
 
 def _reference(

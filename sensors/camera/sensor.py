@@ -9,7 +9,9 @@ import numpy as np
 
 from graph.sim.renderer.wrapper import unwrapped
 from sensors.errors import SensorValueError
+from sensors.products import image_size
 from sensors.sensor import RenderedSensor, check_names, short_names
+from sensors.sensor_prim import matching_paths
 
 from .authoring import CameraView, RtxCamera
 from .tiles import TileGroup
@@ -67,9 +69,7 @@ class CameraSensor(RenderedSensor):
         check_names(annotators, writers, self.annotator_specs)
         self.camera = camera if isinstance(camera, RtxCamera) else RtxCamera(camera, app=app)
         self.render_vars = tuple(render_vars or ())
-        self.resolution = int(resolution[0]), int(resolution[1])
-        if min(self.resolution) < 1:
-            raise SensorValueError(f"{self.camera.path}: resolution {resolution} is not (height, width) above 0")
+        self.resolution = _size(resolution)
         CameraView(self.camera.prim).enforce_square_pixels(self.resolution)
         super().__init__(self.camera.app, self.camera.path, self.resolution[::-1], annotators, writers)
 
@@ -104,9 +104,9 @@ class CameraSensor(RenderedSensor):
 class TiledCameraSensor:
     """Renders several cameras of one size into one image, row after row of tiles.
 
-    paths: of Camera prims. resolution: height and width of each. There are round(sqrt(N)) rows of tiles, camera k is in
-    row k // columns; spare tiles are 0. Annotators: those of `CameraSensor` that give images. Raises SensorValueError
-    as it does.
+    paths: of Camera prims, or regular expressions (/World/env_.*/Camera). resolution: height and width of each. There
+    are round(sqrt(N)) rows of tiles, camera k is in row k // columns; spare tiles are 0. Annotators: those of
+    `CameraSensor` that give images. Raises SensorValueError as it does.
     """
 
     def __init__(
@@ -120,20 +120,21 @@ class TiledCameraSensor:
     ) -> None:
         from graph.sim import App
 
-        listed = [paths] if isinstance(paths, str) else [str(path) for path in paths]
         names = short_names(annotators)
         for name in names:
             if name not in WIDTHS:
                 raise SensorValueError(f"there is no annotator {name!r} of tiles; there are: {', '.join(WIDTHS)}")
+        app = app if app is not None else App.current()
+        given = [paths] if isinstance(paths, str) else [str(path) for path in paths]
+        listed = [found for path in given for found in matching_paths(app.stage, path)]
         if not listed:
             raise SensorValueError("there is no camera to tile; give the path of one")
-        app = app if app is not None else App.current()
         self.paths = listed
         self.render_vars = tuple(render_vars or ())
         self.sensors = [Tile(app, path, resolution, names) for path in listed]
         self.rows = max(1, round(len(listed) ** 0.5))
         self.columns = -(-len(listed) // self.rows)
-        self._size = int(resolution[0]), int(resolution[1])
+        self._size = _size(resolution)
         self._group = TileGroup([sensor.runtime for sensor in self.sensors])
 
     @property
@@ -166,11 +167,16 @@ class TiledCameraSensor:
         return np.ascontiguousarray(grid.reshape(*self.tiled_resolution, count)), info
 
 
+def _size(resolution: Sequence[int]) -> tuple[int, int]:
+    height, width = image_size(resolution, "(height, width)")
+    if height < 1 or width < 1:
+        raise SensorValueError(f"resolution {resolution} is not (height, width) above 0")
+    return height, width
+
+
 class Tile(CameraSensor):
     """One camera of many: a plain Camera prim, which need not have the schema of sensors."""
 
     def __init__(self, app: App, path: str, resolution: tuple[int, int], annotators: Iterable[str]) -> None:
-        self.resolution = int(resolution[0]), int(resolution[1])
-        if min(self.resolution) < 1:
-            raise SensorValueError(f"{path}: resolution {resolution} is not (height, width) above 0")
+        self.resolution = _size(resolution)
         RenderedSensor.__init__(self, app, path, self.resolution[::-1], annotators)

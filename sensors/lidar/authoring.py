@@ -12,7 +12,7 @@ from sensors import prim as on_prim
 from sensors.channels import AuxLevel
 from sensors.errors import SensorValueError
 from sensors.prim import TICK_RATE
-from sensors.sensor_prim import SensorPrim, resolve
+from sensors.sensor_prim import SensorPrim, check_type, resolve
 
 from .config import LidarConfig
 from .names import CORE_API, PREFIX, PRIM_TYPE, STATE_PREFIX
@@ -74,8 +74,7 @@ class Lidar(SensorPrim):
             raise SensorValueError(error.problems) from error
         path, existed = resolve(stage, path, cls.word)
         prim = stage.GetPrimAtPath(path) if existed else cls.define(stage, path)
-        if prim.GetTypeName() != PRIM_TYPE:
-            raise SensorValueError(f"{path} is a {prim.GetTypeName() or 'typeless prim'}, not an {PRIM_TYPE}")
+        check_type(prim, PRIM_TYPE)
         write_config(prim, found)
 
     def implied_schemas(self, attributes: Iterable[str]) -> list[str]:

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import RunError
 from graph.sim import settings as keys
-from sensors.errors import SensorValueError
-from sensors.sensor_prim import SensorPrim, resolve
+from sensors.sensor_prim import SensorPrim, check_type, resolve
 
 from .config import RadarConfig, ScanConfig
 from .configs import author_config
@@ -60,8 +59,7 @@ class Radar(SensorPrim):
         """Authors a shipped configuration on the prim at a path."""
         path, existed = resolve(stage, path, cls.word)
         prim = stage.GetPrimAtPath(path) if existed else cls.define(stage, path)
-        if prim.GetTypeName() != PRIM_TYPE:
-            raise SensorValueError(f"{path} is a {prim.GetTypeName() or 'typeless prim'}, not an {PRIM_TYPE}")
+        check_type(prim, PRIM_TYPE)
         author_config(prim, config, variant)
 
     def implied_schemas(self, attributes: Iterable[str]) -> list[str]:

@@ -1,5 +1,7 @@
 """The classes that users hold of cameras: authoring, a camera at work, tiles."""
 
+import re
+
 import numpy as np
 import pytest
 from pxr import Gf, UsdGeom
@@ -48,11 +50,12 @@ def test_schemas_and_attributes_make_a_lens(app):
     ("make", "message"),
     [
         (lambda app: RtxCamera("/World/Plain", app=app), "/World/Plain has no OmniSensorAPI; apply it"),
-        (lambda app: RtxCamera("/World/A", app=app), "/World/A is a Cube, not a"),
+        (lambda app: RtxCamera("/World/A", app=app), "/World/A is of type Cube, not Camera"),
         (lambda app: RtxCamera(CAMERA, aux_output_level="NONE", app=app), "a camera has no aux_output_level"),
         (lambda app: RtxCamera.create(CAMERA, config="X", usd_path="y.usda", app=app), "give config or usd_path"),
         (lambda app: RtxCamera.create(CAMERA, config="D435", app=app), "no camera config 'D435'; did you mean"),
         (lambda app: CameraSensor(CAMERA, resolution=(0, 5), app=app), r"resolution \(0, 5\) is not \(height, width\)"),
+        (lambda app: TiledCameraSensor("/World/E.*", resolution=(4, 5), app=app), "regular expression .* no prim"),
         (lambda app: CameraSensor(CAMERA, resolution=(4, 5), annotators="hue", app=app), "there is no annotator 'hue'"),
         (lambda app: TiledCameraSensor([], resolution=(4, 5), app=app), "there is no camera to tile"),
         (
@@ -126,6 +129,21 @@ def test_a_camera_sensor_hands_out_images_of_three_axes(app):
     sensor.detach_annotators("rgb")
     with pytest.raises(ValueError, match="annotator 'rgb' is not attached"):
         sensor.get_data("rgb")
+
+
+@pytest.mark.parametrize("kind", [CameraSensor, TiledCameraSensor])
+@pytest.mark.parametrize("resolution", [(9,), "9x9", (9.5, 9), 9, (9, float("nan"))])
+def test_a_resolution_is_two_whole_numbers(app, kind, resolution):
+    with pytest.raises(ValueError, match=re.escape(f"{resolution!r} is not (height, width): give two whole numbers")):
+        kind(CAMERA, resolution=resolution, app=app)
+
+
+def test_the_paths_of_tiles_may_be_regular_expressions(app):
+    for number in range(3):
+        app.stage.DefinePrim(f"/World/env_{number}/Eye", "Camera")
+    with App(app.stage) as same:
+        tiled = TiledCameraSensor(["/World/env_[12]/Eye", "/World/env_0/Eye"], resolution=(8, 10), app=same)
+    assert tiled.paths == ["/World/env_1/Eye", "/World/env_2/Eye", "/World/env_0/Eye"]
 
 
 def test_five_tiles_are_two_rows_of_three_with_one_spare(app):

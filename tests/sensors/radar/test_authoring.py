@@ -95,7 +95,7 @@ def test_what_cannot_be_is_a_value_error_in_a_line(app, options, message):
 
 def test_wrapping_asks_for_type_and_schema(app):
     app.stage.DefinePrim("/World/Lidar", "OmniLidar")
-    with pytest.raises(ValueError, match="/World/Lidar is a OmniLidar, not an OmniRadar"):
+    with pytest.raises(ValueError, match="/World/Lidar is of type OmniLidar, not OmniRadar"):
         Radar("/World/Lidar", app=app)
     with pytest.raises(ValueError, match="there is no annotator 'gmo'"):
         RadarSensor("/World/Radar", annotators=["gmo"], app=app)
