@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from .printing import aligned, print_table, safe_line, say, say_json
 
 if TYPE_CHECKING:
-    from sensors.configs.cameras import CameraAsset
-    from sensors.configs.catalog import Asset, Variant
+    from sensors.configs.catalog import Variant
+    from sensors.configs.summary import AnyAsset
 
 CAMERA_AXES = "x right, y up, z back: the camera looks along -z"
 HEADINGS = ("NAME", "HZ", "RAYS", "AZIMUTH", "ELEVATION", "RANGE m", "VARIANTS")
@@ -42,7 +42,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def described(asset: Asset | CameraAsset, variant: Variant = None) -> dict[str, Any]:
+def described(asset: AnyAsset, variant: Variant = None) -> dict[str, Any]:
     """An asset as plain data: its spellings, its variants, the figures of one variant (None: its default)."""
     from sensors.configs.summary import AXES
 
@@ -52,7 +52,7 @@ def described(asset: Asset | CameraAsset, variant: Variant = None) -> dict[str, 
         "asset": asset.path,
         "spellings": list(asset.spellings),
         "source": asset.source,
-        "axes": AXES if figures["modality"] == "lidar" else CAMERA_AXES,
+        "axes": CAMERA_AXES if figures["modality"] == "camera" else AXES,
         "variant": variant if variant is not None else asset.default,
         "variants": list(asset.variants),
         **figures,
@@ -62,7 +62,7 @@ def described(asset: Asset | CameraAsset, variant: Variant = None) -> dict[str, 
 def _row(found: Mapping[str, Any]) -> Sequence[str]:
     return (
         found["name"],
-        f"{found['scan_rate_hz']:g}",
+        "-" if found["scan_rate_hz"] is None else f"{found['scan_rate_hz']:g}",
         f"{found['rays_per_scan']:,}",
         *(_span(found[key], "..") for key in ("azimuth_deg", "elevation_deg", "range_m")),
         str(len(found["variants"]) or 1),
@@ -73,18 +73,18 @@ def _span(edges: Sequence[float], to: str) -> str:
     return to.join(f"{edge:.4g}" for edge in edges)
 
 
-def _page(asset: Asset | CameraAsset, found: Mapping[str, Any]) -> Iterator[str]:
+def _page(asset: AnyAsset, found: Mapping[str, Any]) -> Iterator[str]:
     yield f"{found['name']} ({found['asset']})"
     if found["variant"] is not None:
         yield f"figures of variant {_choice(found['variant'])}"
     yield ""
-    camera = found["modality"] == "camera"
-    yield from aligned(_camera_rows(found) if camera else _lidar_rows(found))
+    kind = found["modality"]
+    yield from aligned({"camera": _camera_rows, "lidar": _lidar_rows, "radar": _radar_rows}[kind](found))
     yield ""
     yield "in a graph file:"
     variant = f", variant: {_choice(found['variant'])}" if found["variant"] is not None else ""
-    turned = ", rotate: [90, 0, -90]" if camera else ""
-    name = f"/World/{'Camera' if camera else 'Lidar'}"
+    turned = ", rotate: [90, 0, -90]" if kind == "camera" else ""
+    name = f"/World/{kind.capitalize()}"
     yield f"  {name}: {{type: {asset.prim_type}, config: {found['name']}{variant}, translate: [0, 0, 1]{turned}}}"
     if found["variants"]:
         yield ""
@@ -125,6 +125,24 @@ def _camera_rows(found: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
         ("lens", f"{found['lens']}, focal length {found['focal_length_px']:g} px"),
         *depth,
         ("range", _span(found["range_m"], " to ") + " m"),
+        ("axes", found["axes"]),
+    )
+
+
+def _radar_rows(found: Mapping[str, Any]) -> tuple[tuple[str, str], ...]:
+    return (
+        ("type", "radar"),
+        ("frame rate", "every update, unless you author omni:sensor:tickRate"),
+        ("rays a scan", f"{found['rays_per_scan']:,}"),
+        ("azimuth", _span(found["azimuth_deg"], " to ") + "°"),
+        ("elevation", _span(found["elevation_deg"], " to ") + "°"),
+        ("range", f"{_span(found['range_m'], ' to ')} m, resolution {found['range_resolution_m']:g} m"),
+        (
+            "velocity",
+            f"folds at {' and '.join(f'{one:g}' for one in found['velocities_mps'])} m/s, "
+            f"resolution {found['velocity_resolution_mps']:g} m/s",
+        ),
+        ("wavelength", f"{found['wavelength_mm']:g} mm"),
         ("axes", found["axes"]),
     )
 

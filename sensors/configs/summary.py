@@ -9,20 +9,23 @@ import numpy as np
 from graph.base.errors import UserError
 from graph.base.suggest import did_you_mean
 from sensors.lidar.config import LidarConfig
+from sensors.radar.configs import ASSETS, RadarAsset
 
 from .cameras import CameraAsset, camera_assets
 from .catalog import Asset, Variant, assets
 
+AnyAsset = Asset | CameraAsset | RadarAsset
+
 AXES = "x forward, y left, z up; azimuth counter-clockwise from x, elevation up from the xy plane"
-"""Sensor frame of every lidar."""
+"""Sensor frame of every lidar and radar."""
 
 
-def all_assets() -> tuple[Asset | CameraAsset, ...]:
-    """Every shipped configuration: lidars, then cameras, each by path."""
-    return (*assets(), *camera_assets())
+def all_assets() -> tuple[AnyAsset, ...]:
+    """Every shipped configuration: lidars, cameras, radars, each by path."""
+    return (*assets(), *camera_assets(), *ASSETS)
 
 
-def find_asset(name: str) -> tuple[Asset | CameraAsset, Variant]:
+def find_asset(name: str) -> tuple[AnyAsset, Variant]:
     """The asset of a name and, for the name of a product, its variant.
 
     Raises UserError with a similar name or all short names.

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from graph.cli.new import KINDS
-from sensors import SUPPORTED_CAMERA_CONFIGS, SUPPORTED_LIDAR_CONFIGS
+from sensors import SUPPORTED_CAMERA_CONFIGS, SUPPORTED_LIDAR_CONFIGS, SUPPORTED_RADAR_CONFIGS
 from sensors.configs.summary import arc
 
 
@@ -57,11 +57,13 @@ def test_the_new_robot_drives_as_commanded(graph, folder):
 
 def test_the_list_of_sensors_has_a_line_for_every_config(graph):
     rows = [line.split("\t") for line in graph("sensors").out.splitlines()]
-    assert len(rows) == len(SUPPORTED_LIDAR_CONFIGS) + len(SUPPORTED_CAMERA_CONFIGS)
+    assert len(rows) == len(SUPPORTED_LIDAR_CONFIGS) + len(SUPPORTED_CAMERA_CONFIGS) + len(SUPPORTED_RADAR_CONFIGS)
     by_name = {row[0]: row[1:] for row in rows}
     assert by_name["OS1"] == ["10", "32,768", "0..360", "-22.1..22.1", "0.3..120", "15"]
     assert by_name["TIM781"] == ["15", "811", "-225..45", "0..0", "0.05..25", "1"]
     assert by_name["ZED X"][:2] == ["60", "2,304,000"]
+    # 140 by 120 degrees at 4 rays a degree; a radar has no rate of its own.
+    assert by_name["IWRL6432AOP"] == ["-", "268,800", "-70..70", "-60..60", "0..25", "1"]
 
 
 def test_a_sensor_is_described_by_any_spelling_with_its_variants(graph):
@@ -72,6 +74,12 @@ def test_a_sensor_is_described_by_any_spelling_with_its_variants(graph):
     found = json.loads(graph("sensors", "OS1", "--json").out)
     assert found["variants"] == SUPPORTED_LIDAR_CONFIGS[found["asset"]]
     assert found["scan_rate_hz"] * found["rays_per_scan"] == 327_680  # 32 channels at 10,240 firings a second
+
+
+def test_a_radar_is_described_with_what_to_write_in_a_graph_file(graph):
+    page = graph("sensors", "iwrl6432aop").out
+    assert "/World/Radar: {type: OmniRadar, config: IWRL6432AOP, translate: [0, 0, 1]}" in page
+    assert "folds at 8 and 9 m/s, resolution 0.2 m/s" in page
 
 
 def test_an_unknown_sensor_is_refused_with_a_near_name(graph):

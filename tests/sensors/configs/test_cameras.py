@@ -169,7 +169,7 @@ def test_a_graph_file_takes_a_camera_by_name(tmp_path, capsys):
 
 def test_the_list_of_configurations_has_cameras_and_a_page_for_each(capsys):
     assert main(["sensors"]) == 0
-    assert len(capsys.readouterr().out.splitlines()) == 21 + 26
+    assert len(capsys.readouterr().out.splitlines()) == 21 + 26 + 1
     assert main(["sensors", "hawk"]) == 0
     page = capsys.readouterr().out
     assert "1920 x 1200 pixels" in page

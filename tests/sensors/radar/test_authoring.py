@@ -10,6 +10,7 @@ import sensors.replicator as rep
 from graph.sim import App
 from graph.sim import settings as keys
 from sensors import SUPPORTED_RADAR_CONFIGS, Radar, RadarSensor, parse_generic_model_output_data
+from sensors.configs.summary import find_asset
 from sensors.radar.config import RadarConfig, ScanConfig
 from sensors.radar.names import attribute_name
 
@@ -71,11 +72,13 @@ def test_the_schema_has_the_defaults_of_the_model(app):
             assert value == pytest.approx(one.default), one.name
 
 
-@pytest.mark.parametrize("name", ["IWRL6432AOP", *SUPPORTED_RADAR_CONFIGS])
+@pytest.mark.parametrize("name", ["IWRL6432AOP", "iwrl6432aop", *SUPPORTED_RADAR_CONFIGS])
 def test_a_shipped_configuration_by_name_and_path(app, name):
     radar = Radar.create("/World/Radar", config=name, app=app)
     assert radar.config.wave_length_mm == 4.955
-    assert len(radar.config.scans) == 1
+    (scan,) = radar.config.scans
+    across, up = scan.grid(None)
+    assert across * up == pytest.approx(find_asset(name)[0].figures()["rays_per_scan"], rel=1e-3)
 
 
 @pytest.mark.parametrize(
