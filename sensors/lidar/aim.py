@@ -7,6 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sensors.compiled import compiled
+from sensors.raycast.rays import COMMON
+
 
 @dataclass(slots=True)
 class RayPoses:
@@ -46,13 +49,13 @@ class RayPoses:
 class Aim:
     """Poses of the rays of a shot.
 
-    pose: (4, 4) float64 sensor to world [m], near the middle of the shot. directions: (3, n) float32 unit, world axes.
-    offsets: (n, 3) float32 [m], world axes, from the pose's position to each ray's origin; None if all rays start
-    there. moves: the sensor's pose for each ray; None if it is stationary at `pose`.
+    pose: (4, 4) float64 sensor to world [m], near the middle of the shot. table: (n, 6) float32, its columns 3 to 5 the
+    unit directions, world axes. offsets: (n, 3) float32 [m], world axes, from the pose's position to each ray's origin;
+    None if all rays start there. moves: the sensor's pose for each ray; None if it is stationary at `pose`.
     """
 
     pose: np.ndarray
-    directions: np.ndarray
+    table: np.ndarray
     offsets: np.ndarray | None = None
     moves: RayPoses | None = None
 
@@ -93,43 +96,74 @@ class Aim:
         return np.asarray(self.moves.rotations[self.moves.which[rays]])
 
 
+@compiled
+def aim_rays(columns: np.ndarray, rotation: np.ndarray, start: np.ndarray, table: np.ndarray) -> None:
+    """Writes rays that begin at `start` (3,) into a table (n, 6), from directions (3, n) and a rotation (3, 3)."""
+    a, b, c = rotation[0]
+    d, e, f = rotation[1]
+    g, h, i = rotation[2]
+    left, up, ahead = start
+    for ray in range(len(table)):
+        x, y, z = columns[0, ray], columns[1, ray], columns[2, ray]
+        table[ray, 0], table[ray, 1], table[ray, 2] = left, up, ahead
+        table[ray, 3] = a * x + b * y + c * z
+        table[ray, 4] = d * x + e * y + f * z
+        table[ray, 5] = g * x + h * y + i * z
+
+
 def moving_aim(
-    pose: np.ndarray, moves: RayPoses, columns: np.ndarray, origins: np.ndarray | None, world: np.ndarray
+    pose: np.ndarray, moves: RayPoses, columns: np.ndarray, origins: np.ndarray | None, table: np.ndarray
 ) -> Aim:
-    """The aim of a sensor that moves while it fires; writes the directions of its n rays into `world`, (3, n).
+    """The aim of a sensor that moves while it fires; writes the directions of its n rays into a table (n, 6).
 
     pose: any pose of the sensor during the shot. columns: (3, n) float32 directions, and origins: (n, 3) float32 [m] of
     the rays, both in the sensor frame.
     """
-    which = moves.which
-    start = np.take((moves.positions - pose[:3, 3]).astype(np.float32), which, axis=0)
-    x, y, z = columns
-    for axis in range(3):
-        row = _row(moves, axis)
-        world[axis] = row[0] * x + row[1] * y + row[2] * z
-        if origins is not None:
-            start[:, axis] += row[0] * origins[:, 0] + row[1] * origins[:, 1] + row[2] * origins[:, 2]
-    return Aim(pose, world, start, moves)
+    offsets = np.empty((len(table), 3), np.float32)
+    places = (moves.positions - pose[:3, 3]).astype(np.float32)
+    turns = moves.rotations if moves.turning else moves.rotations[:1]
+    _aim_each(
+        *(columns, COMMON if origins is None else origins, moves.which, turns.astype(np.float32), places),
+        *(table, offsets),
+    )
+    return Aim(pose, table, offsets, moves)
 
 
-def _row(moves: RayPoses, axis: int) -> list[np.ndarray]:
-    """One row of each ray's rotation: three columns (n,) float32, or single numbers if all rotations are equal."""
-    if not moves.turning:
-        return list(moves.rotations[0, axis].astype(np.float32))
-    return [np.take(moves.rotations[:, axis, column].astype(np.float32), moves.which) for column in range(3)]
+@compiled
+def _aim_each(
+    columns: np.ndarray,
+    origins: np.ndarray,
+    which: np.ndarray,
+    turns: np.ndarray,
+    places: np.ndarray,
+    table: np.ndarray,
+    offsets: np.ndarray,
+) -> None:
+    """Writes directions, and `offsets` (n, 3) of rays that fire from the poses `which` (n,): turns (u or 1, 3, 3) and
+    places (u, 3).
+    """
+    for ray in range(len(table)):
+        pose, own = which[ray], min(ray, len(origins) - 1)
+        turn = min(pose, len(turns) - 1)
+        x, y, z = columns[0, ray], columns[1, ray], columns[2, ray]
+        p, q, r = origins[own, 0], origins[own, 1], origins[own, 2]
+        for axis in range(3):
+            a, b, c = turns[turn, axis, 0], turns[turn, axis, 1], turns[turn, axis, 2]
+            table[ray, 3 + axis] = a * x + b * y + c * z
+            offsets[ray, axis] = places[pose, axis] + (a * p + b * q + c * r)
 
 
 def turned_back(vectors: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-    """Vectors (n, 3) in the axes of the rotated frame: R^T v, column by column, so that sums do not depend on n.
-
-    rotation: (3, 3), or (n, 3, 3) for one each.
-    """
+    """Vectors (n, 3) in the axes of the rotated frame, R^T v; rotation: (3, 3), or (n, 3, 3) for one each."""
     out = np.empty(vectors.shape, np.result_type(vectors, rotation))
-    x, y, z = vectors[:, 0], vectors[:, 1], vectors[:, 2]
-    column, term = np.empty(len(vectors), out.dtype), np.empty(len(vectors), out.dtype)
-    for axis in range(3):
-        np.multiply(x, rotation[..., 0, axis], out=column)
-        column += np.multiply(y, rotation[..., 1, axis], out=term)
-        column += np.multiply(z, rotation[..., 2, axis], out=term)
-        out[:, axis] = column
+    _turn_back(vectors, rotation.reshape(-1, 3, 3), out)
     return out
+
+
+@compiled
+def _turn_back(vectors: np.ndarray, rotations: np.ndarray, out: np.ndarray) -> None:
+    for row in range(len(vectors)):
+        own = min(row, len(rotations) - 1)
+        x, y, z = vectors[row, 0], vectors[row, 1], vectors[row, 2]
+        for axis in range(3):
+            out[row, axis] = x * rotations[own, 0, axis] + y * rotations[own, 1, axis] + z * rotations[own, 2, axis]

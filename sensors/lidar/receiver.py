@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
+from sensors.compiled import compiled
+from sensors.raycast.rays import COMMON, Hits
 from sensors.surfaces.optics import RETRO_GAIN, Optics
 
 from .config import LidarConfig
-
-SurfacesOf = Callable[[np.ndarray], np.ndarray]
-"""Rows of hits (k,) -> the numbers (k,) of the surfaces that were hit."""
 
 FULL_SCALE = 255.0
 """The `intensityScalePercent` that does not change the intensity."""
@@ -51,25 +48,8 @@ class Receiver:
         """The least detectable energy, in units of reflectance / range^2 [1/m^2]."""
         return float(self._least)
 
-    def detect(
-        self, cosine: np.ndarray, distance: np.ndarray, valid: np.ndarray, surfaces: SurfacesOf, optics: Optics
-    ) -> None:
-        """Removes returns that are too weak from `valid` (n,).
-
-        cosine: (n,) float32 of the incidence; distance: (n,) float32 [m]. The surfaces are looked up only if the least
-        reflective of all would be too weak.
-        """
-        if self._least > 0:
-            least = distance * distance
-            least *= self._least
-            weak = cosine * (optics.dullest * np.float32(0.999999)) < least
-            weak &= valid
-            rows = np.flatnonzero(weak)
-            reflected = reflected_light(cosine[rows], lambda: surfaces(rows), optics)
-            valid[rows[reflected < least[rows]]] = False
-
     def intensity(self, reflected: np.ndarray, distance: np.ndarray) -> np.ndarray:
-        """The scalar of returns, (n,) float32 from 0 to 1; `reflected` as `reflected_light` gives it."""
+        """The scalar of returns, (n,) float32 from 0 to 1; `reflected` as `returned` gives it."""
         out = reflected if self._normalised else reflected * (self._near / np.maximum(distance, self._near)) ** 2
         out = np.minimum(out, np.float32(1.0))
         for table in self._tables:
@@ -79,19 +59,65 @@ class Receiver:
         return np.asarray(out)
 
 
-def reflected_light(cosine: np.ndarray, surfaces: Callable[[], np.ndarray], optics: Optics) -> np.ndarray:
-    """The light that surfaces return to the sensor, (n,) float32, relative to a white diffuse surface along its normal.
+def returned(
+    table: np.ndarray,
+    hits: Hits,
+    ranges: np.ndarray,
+    gates: tuple[np.ndarray, np.ndarray],
+    optics: Optics | None,
+    least: float = 0.0,
+    *,
+    every: bool = False,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Which rays have a return: their rows (k,), and its light, (k,) float32, 1 from a white diffuse surface along its
+    normal.
 
-    cosine: (n,) float32 of the incidence, 0 to 1; surfaces: gives the numbers (n,) of the surfaces that were hit.
+    table: (n, 6) float32, its columns 3 to 5 the directions of the rays; ranges: (n,) float32 [m], as reported, which
+    lie between the gates (n,) or (); least: the least energy that is detected. Without optics there is no light and no
+    threshold. every: all rows, and for each whether it is a return, (k,) bool.
     """
-    if optics.uniform is not None:
-        return np.asarray(cosine * optics.uniform)
-    surface = surfaces()
-    reflected = np.take(optics.reflectance, surface, mode="clip")
-    reflected *= cosine
-    if optics.has_retro:
-        reflected[np.take(optics.retro, surface, mode="clip")] = RETRO_GAIN
-    return np.asarray(reflected)
+    known = (_NONE, _NONE > 0) if optics is None else (optics.reflectance, optics.retro)
+    return _returned(
+        *(table, COMMON if hits.normals is None else hits.normals, hits.distance, ranges),
+        *(hits.number, hits.surface_of, *known, np.float32(RETRO_GAIN)),
+        *(*map(np.atleast_1d, gates), np.float32(least), every),
+    )
+
+
+_NONE = np.zeros(0, np.float32)
+
+
+@compiled
+def _returned(
+    table: np.ndarray,
+    normals: np.ndarray,
+    distance: np.ndarray,
+    ranges: np.ndarray,
+    number: np.ndarray,
+    surface_of: np.ndarray,
+    reflectance: np.ndarray,
+    retro: np.ndarray,
+    retro_gain: np.float32,
+    near: np.ndarray,
+    far: np.ndarray,
+    least: np.float32,
+    every: bool,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """See `returned`."""
+    rows, light, valid = np.empty(len(table), np.intp), np.empty(len(table), np.float32), np.empty(len(table), np.bool_)
+    count = 0
+    for ray in range(len(table)):
+        there = near[min(ray, len(near) - 1)] <= ranges[ray] <= far[min(ray, len(far) - 1)]
+        back = np.float32(0)
+        if there and len(reflectance):
+            cosine = table[ray, 3] * normals[ray, 0] + table[ray, 4] * normals[ray, 1] + table[ray, 5] * normals[ray, 2]
+            surface = surface_of[number[ray]]
+            back = retro_gain if retro[surface] else abs(cosine) * reflectance[surface]
+            there = not back < distance[ray] * distance[ray] * least
+        if there or every:
+            rows[count], light[count], valid[count] = ray, back, there
+            count += 1
+    return rows[:count], light[:count], valid[:count]
 
 
 def _mapping(config: LidarConfig) -> list[tuple[float, ...]]:

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from sensors.channels import CHANNELS
+from sensors.compiled import compiled
 from sensors.frame import spherical
 from sensors.gmo import ElementFlags
 from sensors.motion.velocities import Velocities
-from sensors.raycast.rays import NO_SURFACE, Hits
+from sensors.raycast.rays import COMMON, NO_SURFACE, Hits
 
 from .aim import Aim, RayPoses
 from .output import Output
@@ -74,7 +75,6 @@ class Returns:
         hits: Hits,
         index: np.ndarray,
         valid: np.ndarray | None,
-        columns: np.ndarray,
         aim: Aim,
         output: Output,
         velocities: Velocities | None,
@@ -85,18 +85,15 @@ class Returns:
         echo: np.ndarray | None = None,
     ) -> None:
         """The data from which channels are computed. index: rows that are kept, counted from the shot's first; valid:
-        which rows are returns, None if all kept ones are; columns:
-
-        (3, n) float32 ray directions of the shot in the sensor frame; aim: origins and directions of the rays;
-        reflected: returned light of each return; at: the hit of each return, if that is not its row; echo: ids.
+        which rows are returns, None if all kept ones are; aim: origins and directions of the rays; reflected: returned
+        light of each return; at: the hit of each return, if that is not its row; echo: ids.
         """
         self._pattern, self._shot, self._hits, self._index = pattern, shot, hits, index
         self._rows = shot.rows
         self._at = index if at is None else at
         self._echo = echo
         self._invalid = None if valid is None else ~valid
-        self._columns, self._aim, self._output = columns, aim, output
-        self._world = aim.directions
+        self._aim, self._output = aim, output
         self._measure, self._tables = velocities, tables
         self._receiver, self._reflected = receiver, reflected
         self._beam_angles = output.is_sensor_frame and pattern.origins is None
@@ -138,12 +135,7 @@ class Returns:
 
     def _along_beams(self) -> np.ndarray:
         """Range times direction, (k, 3) float32, sensor frame, from each ray's origin."""
-        points = np.empty((len(self._index), 3), np.float32)
-        column = np.empty(len(self._index), np.float32)
-        for axis in range(3):
-            np.take(self._columns[axis], self._index, out=column, mode="clip")
-            np.multiply(column, self._range, out=points[:, axis])
-        return points
+        return _along(self._pattern.directions[self._rows], self._index, self._range)
 
     def azimuth(self) -> np.ndarray:
         """Azimuths [deg]: those of the beams if points lie on them."""
@@ -176,16 +168,8 @@ class Returns:
         """Unit normals towards the sensor, (k, 3)."""
         assert self._hits.normals is not None
         normals = np.take(self._hits.normals, self._at, axis=0, mode="clip")
-        cosine, column = np.zeros(len(normals), np.float32), np.empty(len(normals), np.float32)
-        for axis in range(3):
-            np.take(self._world[axis], self._index, out=column, mode="clip")
-            cosine += np.multiply(column, normals[:, axis], out=column)
-        towards = np.where(cosine > 0, np.float32(-1.0), np.float32(1.0))
-        facing = np.empty((3, len(cosine)), np.float32)
-        for axis in range(3):
-            np.multiply(normals[:, axis], towards, out=facing[axis])
-        facing += np.float32(0.0)  # no negative zeros
-        return np.ascontiguousarray(self._output.vectors(facing.T, self._aim, self._index))
+        _face(normals, self._aim.table, self._index)
+        return np.ascontiguousarray(self._output.vectors(normals, self._aim, self._index))
 
     def velocities(self) -> np.ndarray:
         """Velocities of the hit points [m/s], (k, 3), float32."""
@@ -215,13 +199,8 @@ class Returns:
 
     def _levers(self) -> np.ndarray:
         """Vectors from the sensor's position to the hit points, (3, k) float32 [m], world axes."""
-        out = np.empty((3, len(self._index)), np.float32)
-        for axis in range(3):
-            np.take(self._world[axis], self._index, out=out[axis], mode="clip")
-            out[axis] *= self._range
-            if self._aim.offsets is not None:
-                out[axis] += np.take(self._aim.offsets[:, axis], self._index, mode="clip")
-        return out
+        offsets = COMMON if self._aim.offsets is None else self._aim.offsets
+        return _places(self._aim.table, offsets, self._index, self._range)
 
     def _of_surface(self, name: str) -> np.ndarray:
         """Rows of a surface table; 0 without a return."""
@@ -258,6 +237,39 @@ class Returns:
         if self._echo is not None:
             return self._echo
         return np.zeros(len(self._index), np.uint8)
+
+
+@compiled
+def _along(directions: np.ndarray, index: np.ndarray, ranges: np.ndarray) -> np.ndarray:
+    """(k, 3) points on the beams `index` (k,) of directions (n, 3)."""
+    points = np.empty((len(index), 3), np.float32)
+    for row in range(len(index)):
+        for axis in range(3):
+            points[row, axis] = directions[index[row], axis] * ranges[row]
+    return points
+
+
+@compiled
+def _places(table: np.ndarray, offsets: np.ndarray, index: np.ndarray, ranges: np.ndarray) -> np.ndarray:
+    """(3, k) points on the rays `index` (k,) of a table (n, 6), which begin at offsets (n or 1, 3)."""
+    places = np.empty((3, len(index)), np.float32)
+    for row in range(len(index)):
+        ray = index[row]
+        own = min(ray, len(offsets) - 1)
+        for axis in range(3):
+            places[axis, row] = table[ray, 3 + axis] * ranges[row] + offsets[own, axis]
+    return places
+
+
+@compiled
+def _face(normals: np.ndarray, table: np.ndarray, index: np.ndarray) -> None:
+    """Turns normals (k, 3) towards the origins of the rays `index` (k,) of a table (n, 6), in place."""
+    for row in range(len(index)):
+        ray, (x, y, z) = index[row], (normals[row, 0], normals[row, 1], normals[row, 2])
+        away = table[ray, 3] * x + table[ray, 4] * y + table[ray, 5] * z > 0
+        side = np.float32(-1.0) if away else np.float32(1.0)
+        for axis in range(3):
+            normals[row, axis] = normals[row, axis] * side + np.float32(0.0)  # no negative zeros
 
 
 _BEAM_CHANNELS = {

@@ -12,15 +12,16 @@ from sensors.motion.velocities import Velocities
 from sensors.output_frame import custom_frame
 from sensors.raycast.rays import Hits, RayBundle, RayCaster, RayMemory
 from sensors.raycast.windows import FULL_SPANS, RayGrid
+from sensors.raycast.world import anchor_of
 from sensors.surfaces.optics import Optics, optics_of
 
-from .aim import Aim, moving_aim, turned_back
+from .aim import Aim, aim_rays, moving_aim, turned_back
 from .config import EmitterState, LidarConfig
 from .echoes import Candidates, SubRays, echo_ids, form_echoes, separation, with_dark_beams
 from .noise import Noise
 from .output import Output
 from .pattern import Pattern
-from .receiver import Receiver, reflected_light
+from .receiver import Receiver, returned
 from .returns import Returns, Shot, SurfaceTable
 
 MOST_SURFACES = 8
@@ -98,8 +99,6 @@ class Scanner:
         self._columns = pattern.columns
         self._table = np.empty((count, 6), np.float32)
         self._parts: dict[tuple[int, int], _Part] = {}
-        self._world = np.empty((3, count), np.float32)
-        self._cosine, self._term = np.empty(count, np.float32), np.empty(count, np.float32)
         self._kept: dict[int, np.ndarray] = {}
         margin = 0.0 if noise is None else noise.margin
         self._reach = float(pattern.far_m.max(initial=0.0)) * (1 + 1e-6) + margin
@@ -114,24 +113,18 @@ class Scanner:
     def _single_returns(self, shot: Shot, channels: frozenset[str], optics: Optics | None) -> Returns:
         """One ray for each beam, with at most one return."""
         receiver = self._receiver
-        lit = receiver is not None and (receiver.detects or "scalar" in channels)
+        lit = optics if receiver is not None and (receiver.detects or "scalar" in channels) else None
         columns, origins, swing, exact = self._beams(shot)
         aim = self._aim(shot, columns, origins, exact)
-        hits = self._cast(self._bundle(shot, aim, swing), shot, normals=lit or "hitNormals" in channels)
-        distance = hits.distance
-        if self._noise is not None:
-            hits.distance = self._noise.measured(distance, shot.rows, shot.turn)
-        valid = self._valid(hits.distance, shot.rows)
-        cosine = None
-        if lit and receiver is not None and optics is not None:
-            assert hits.normals is not None
-            cosine = self._incidence(aim.directions, hits.normals)
-            receiver.detect(cosine, distance, valid, hits.surfaces, optics)
-        index = np.arange(len(valid)) if self._keep_invalid else np.flatnonzero(valid)
-        reflected = None
-        if cosine is not None and optics is not None and "scalar" in channels:
-            reflected = reflected_light(np.take(cosine, index), lambda: hits.surfaces(index), optics)
-        return self._returns(shot, hits, index, aim, reflected, None if not self._keep_invalid else valid)
+        hits = self._cast(self._bundle(shot, aim, swing), shot, normals=lit is not None or "hitNormals" in channels)
+        ranges = hits.distance if self._noise is None else self._noise.measured(hits.distance, shot.rows, shot.turn)
+        index, light, valid = returned(
+            *(aim.table, hits, ranges, self._gates(shot.rows), lit, 0.0 if receiver is None else receiver.least),
+            every=self._keep_invalid,
+        )
+        hits.distance = ranges
+        reflected = None if lit is None else light
+        return self._returns(shot, hits, index, aim, reflected, valid if self._keep_invalid else None)
 
     def _all_echoes(self, shot: Shot, channels: frozenset[str], optics: Optics) -> Returns:
         """All hits of the sub-rays of beams, through glass too, grouped into echoes."""
@@ -154,7 +147,8 @@ class Scanner:
         if self._noise is not None:
             rows = np.arange(shot.rows.start, shot.rows.stop)[echoes.beam]
             echoes.distance = self._noise.measured(echoes.distance, rows, shot.turn)
-            echoes = echoes.at(np.flatnonzero(self._valid(echoes.distance, shot.rows, echoes.beam)))
+            near, far = self._gates(shot.rows, echoes.beam)
+            echoes = echoes.at(np.flatnonzero((echoes.distance >= near) & (echoes.distance <= far)))
         count = len(echoes.beam)
         valid = None
         if self._keep_invalid:
@@ -183,12 +177,11 @@ class Scanner:
             hits = self._cast(bundle, shot, normals=True)
             assert hits.normals is not None
             surface = hits.surfaces()
-            directions = aim.directions if not found else aim.directions[:, rays]
-            cosine = self._incidence(directions, hits.normals)
             distance = travelled + hits.distance
-            seen = np.flatnonzero(self._valid(distance, shot.rows, rays))
-            back = light * reflected_light(cosine, surface.view, optics)
-            found.append(Candidates(rays, distance, back, hits.normals, surface).at(seen))
+            seen, back, _ = returned(bundle.table, hits, distance, self._gates(shot.rows, rays), optics)
+            every = Candidates(rays, distance, light, hits.normals, surface).at(seen)
+            every.light *= back
+            found.append(every)
             if not optics.has_glass:
                 break
             passing = np.take(optics.passing, surface, mode="clip") * np.isfinite(hits.distance)
@@ -197,7 +190,7 @@ class Scanner:
                 break
             rays, light, travelled = rays[on], light[on] * passing[on], distance[on] + np.float32(STEP_M)
             table = np.zeros((len(on), 6), np.float32)
-            table[:, 3:6] = aim.directions[:, rays].T
+            table[:, 3:6] = aim.table[rays, 3:6]
             offsets = table[:, 3:6] * travelled[:, None]
             if aim.offsets is not None:
                 offsets += aim.offsets[rays]
@@ -224,7 +217,6 @@ class Scanner:
             hits=hits,
             index=index,
             valid=valid,
-            columns=self._columns[:, shot.rows],
             aim=aim,
             output=Output(self._in_world, None if self._in_world else shot.common, self._custom),
             velocities=self._velocities,
@@ -238,25 +230,23 @@ class Scanner:
     def _aim(self, shot: Shot, columns: np.ndarray, origins: np.ndarray | None, exact: bool) -> Aim:
         """Turns beams (3, n) to world axes, also in the table. exact: whether they are the pattern's own."""
         rows, part = shot.rows, self._part(shot.rows)
-        table, world = self._table[rows], self._world[:, rows]
+        table = self._table[rows]
         if self._noise is not None and origins is not None:
             part.memory.forget()
         if shot.moves is not None:
-            aim = moving_aim(shot.pose, shot.moves, columns, origins, world)
-            _write(table, world)
             part.turned_by = None
             part.memory.forget()
-            return aim
+            return moving_aim(shot.pose, shot.moves, columns, origins, table)
         rotation = np.round(shot.pose[:3, :3], STEADY_DIGITS)
         key = rotation.tobytes() if exact else None
         if key is None or key != part.turned_by:
-            # Each direction by itself, so that those of a slice have the bytes that they have in the whole.
-            np.einsum("ij,jn->in", rotation.astype(np.float32), columns, out=world)
-            _write(table, world)
+            start = (shot.pose[:3, 3] - anchor_of(shot.pose[:3, 3])).astype(np.float32)
+            aim_rays(columns, rotation.astype(np.float32), start, table)
             part.turned_by = key
             part.memory.forget()
+            part.memory.write(start, table)
         offsets = None if origins is None else turned_back(origins, rotation.T.astype(np.float32))
-        return Aim(shot.pose, world, offsets)
+        return Aim(shot.pose, table, offsets)
 
     def _part(self, rows: slice) -> _Part:
         """The known data of these rows of the table; empty if other rows that overlap have been written since."""
@@ -272,11 +262,10 @@ class Scanner:
         part = self._part(shot.rows)
         bundle = RayBundle(
             origin=aim.pose[:3, 3],
-            table=self._table[shot.rows],
+            table=aim.table,
             offsets=aim.offsets,
             exclude=self._exclude,
             reach=self._reach,
-            columns=aim.directions,
             memory=part.memory,
         )
         bundle.reach += bundle.spread()
@@ -322,27 +311,11 @@ class Scanner:
         own = part.grids.get(starts)
         return (self.pattern.grid(), False) if own is None else (own, True)
 
-    def _incidence(self, directions: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """The cosine of incidence of rays (3, n), on normals (n, 3), float32, unsigned; 0 without a hit."""
-        cosine, term = self._cosine[: len(normals)], self._term[: len(normals)]
-        np.multiply(directions[0], normals[:, 0], out=cosine)
-        cosine += np.multiply(directions[1], normals[:, 1], out=term)
-        cosine += np.multiply(directions[2], normals[:, 2], out=term)
-        return np.abs(cosine, out=cosine)
-
-    def _valid(self, distance: np.ndarray, rows: slice, rays: np.ndarray | None = None) -> np.ndarray:
-        """Whether each distance lies between the gates of its emitter; `rays`: some of the firings `rows`."""
+    def _gates(self, rows: slice, rays: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """The least and the greatest range of each of some firings, or of all; `rays`: some of the firings `rows`."""
         near, far = self.pattern.near_m, self.pattern.far_m
         if near.ndim:
             near, far = near[rows], far[rows]
             if rays is not None:
                 near, far = near[rays], far[rays]
-        valid = distance >= near
-        valid &= distance <= far
-        return np.asarray(valid)
-
-
-def _write(table: np.ndarray, directions: np.ndarray) -> None:
-    """Writes directions (3, n) into a table of rays."""
-    for axis in range(3):
-        table[:, 3 + axis] = directions[axis]
+        return near, far

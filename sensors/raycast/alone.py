@@ -42,7 +42,7 @@ def cast_alone(
     if start:
         scene = TriangleScene(np.concatenate(vertices), np.concatenate(triangles), warm=False)
         nearest = scene.cast(table, world.threads).distance
-    ways, every = np.ascontiguousarray(table[:, 3:6].T), np.arange(len(table))
+    every = np.arange(len(table))
     for number in surfaces:
         solid = world.surfaces[number]
         if world.is_solid(solid):
@@ -53,5 +53,5 @@ def cast_alone(
         if isinstance(world.surfaces[number], Plane):
             origin, normal = world.plane(number, poses)
             height = float((rays.origin - origin) @ normal)
-            np.minimum(nearest, cast_plane(height, offsets, ways, normal), out=nearest)
+            np.minimum(nearest, cast_plane(height, offsets, table, normal), out=nearest)
     return nearest

@@ -112,7 +112,7 @@ def windows(rays: RayBundle, looks: Sequence[RayBundle], places: Places, seen: n
         surface, look = np.nonzero(seen.T)
         if sizes[look].sum() <= ALL_PAIRS:
             return Pairs(surface, look, runs(starts[look], sizes[look]), np.arange(len(look)).repeat(sizes[look]))
-        grid, span, shift = RayGrid(rays.directions.T, starts.tolist()), np.arange(len(looks)), 0 * starts
+        grid, span, shift = RayGrid(rays.table[:, 3:6], starts.tolist()), np.arange(len(looks)), 0 * starts
     else:
         span, shift = np.array([one.span for one in looks]), starts - [one.first for one in looks]
         axes = axes @ np.array([one.grid.rotation for one in looks if one.grid is not None])

@@ -63,7 +63,7 @@ class Shadows:
         for number in planes:
             place, normal = world.plane(number, poses)
             height = float((origin - place) @ normal)
-            found |= cast_plane(height, rays[:, :3], np.ascontiguousarray(rays[:, 3:].T), normal) < reach
+            found |= cast_plane(height, np.ascontiguousarray(rays[:, :3]), rays, normal) < reach
         return found
 
     def _moving_scene(self, origin: np.ndarray, poses: np.ndarray | None, state: Any) -> TriangleScene:

@@ -73,6 +73,6 @@ def _window(rays: RayBundle, towards: np.ndarray) -> np.ndarray | None:
     half = np.arcsin(radius / distance) + MARGIN_RAD + rays.swing
     if half > WIDE_RAD:
         return None
-    grid = rays.grid if rays.grid is not None else RayGrid(rays.directions.T)
+    grid = rays.grid if rays.grid is not None else RayGrid(rays.table[:, 3:6])
     index = grid.near(centre[None], np.array([half]), rays.span)[0] - rays.first
     return np.sort(index[(index >= 0) & (index < len(rays.table))])

@@ -218,9 +218,7 @@ def _plane_distances(rays: RayBundle, origin: np.ndarray, normal: np.ndarray) ->
     """(n,) float32 [m] from rays to a plane through a point."""
     parts = [part for _, part in rays.each()]
     heights = [float((part.origin - origin) @ normal) for part in parts]
-    found = [
-        cast_plane(height, part.offsets, part.directions, normal) for height, part in zip(heights, parts, strict=True)
-    ]
+    found = [cast_plane(height, part.offsets, part.table, normal) for height, part in zip(heights, parts, strict=True)]
     return found[0] if len(found) == 1 else np.concatenate(found)
 
 

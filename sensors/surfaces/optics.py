@@ -107,24 +107,6 @@ class Optics:
         """Whether light passes through any surface."""
         return bool(self.passing.any())
 
-    @cached_property
-    def has_retro(self) -> bool:
-        """Whether any surface is a retro-reflector."""
-        return bool(self.retro.any())
-
-    @cached_property
-    def uniform(self) -> np.float32 | None:
-        """The common reflectance of all surfaces, or None if they differ."""
-        if not len(self.reflectance):
-            return np.float32(DEFAULT_REFLECTANCE)
-        same = not self.has_retro and bool((self.reflectance == self.reflectance[0]).all())
-        return np.float32(self.reflectance[0]) if same else None
-
-    @cached_property
-    def dullest(self) -> np.float32:
-        """The least reflectance of all surfaces."""
-        return np.float32(self.reflectance.min()) if len(self.reflectance) else np.float32(DEFAULT_REFLECTANCE)
-
 
 def optics_of(materials: np.ndarray) -> Optics:
     """The optics of surfaces with these encoded materials, (n,)."""

@@ -127,4 +127,3 @@ def test_every_material_has_a_reflectance_and_coats_change_it():
     optics = optics_of(np.array([encode("asphalt"), encode("steel", "paint", "retroreflective")]))
     assert optics.reflectance.tolist() == pytest.approx([0.17, 0.5])
     assert optics.retro.tolist() == [False, True]
-    assert optics.uniform is None
