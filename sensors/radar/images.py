@@ -37,11 +37,6 @@ class Twists:
         """The same in the axes of a sensor that is turned by `rotation` (3, 3), sensor to world."""
         return Twists(self.linear @ rotation, self.angular @ rotation)
 
-    def alike(self, bodies: np.ndarray) -> bool:
-        """Whether some bodies (m,), by number, move as what stands still does: only the radar moves, if anything."""
-        same = (self.linear[bodies] == self.linear[-1]).all() and (self.angular[bodies] == self.angular[-1]).all()
-        return bool(same)
-
     def at(self, body: Any, place: np.ndarray) -> np.ndarray:
         """Velocities (..., 3) [m/s] of bodies, by number, at places (..., 3) [m] from the radar."""
         x, y, z = np.moveaxis(self.angular[body], -1, 0)
@@ -67,11 +62,6 @@ class Images:
     def none(cls) -> Images:
         """The radar itself."""
         return cls(np.zeros((1, 3)), np.eye(3)[None], np.zeros((1, 3)), np.zeros(1, np.uint64))
-
-    @property
-    def unturned(self) -> np.ndarray:
-        """(3, 3, c), `turn` by image last."""
-        return np.ascontiguousarray(np.moveaxis(self.turn, 0, -1))
 
     def beyond(
         self, image: np.ndarray, normal: np.ndarray, height: np.ndarray, plane: np.ndarray, speeds: tuple[Twists, Any]

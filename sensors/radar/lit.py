@@ -8,34 +8,49 @@ those that are followed on.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sensors.raycast.rays import Hits, RayBundle
+from sensors.compiled import compiled
+from sensors.raycast.rays import NOTHING, Hits, RayBundle
 
+from .images import Images
+from .materials import STEPS
 from .planes import NO_PLANE
 from .rays import Tubes
-from .scattering import MIRROR, WIDEST, Arrivals
-from .waves import FAINTEST, GRAZING, Setting, speeds_within
+from .scattering import MIRROR, Arrivals
+from .waves import FAINTEST, GRAZING, WAVE, Setting, Waves, with_hits
+
+WIDEST = 6.0
+"""Turns of phase over a tube up to which it counts for a flat face: inside a face wider ones cancel to nothing, and an
+edge they cannot resolve."""
 
 LEAST_M = np.float32(1e-12)
 """Distances below this [m] count as this."""
+
+NOTHING_KNOWN = -1
+"""Where the surface is found that has no number."""
+
+MIRRORS, BENDS, LEADS = 1, 2, 4
+"""What becomes of a tube at its first face: it is near its mirror reflection; the surface is curved; it goes on."""
+
+
+_NONE = np.zeros(0, np.int32)
 
 
 @dataclass(slots=True)
 class Beam:
     """Neighbouring tubes that were cast together, and what they meet; n of them, from `first` of all tubes on.
 
-    bundle: their rays. angle: (n,) int64, their angle cells. heights: (p + 1,) float32 [m] of the radar over the planes
-    they may meet, 0 over others, as if it were in them. owner: (n,) int32, the only surface whose hits count, None for
-    all.
+    bundle: their rays. angle: (n,) int64, their angle cells. skip: (s + 1,) bool, surfaces whose hits do not count.
+    owner: (n,) int32, the only surface whose hits count, None for all.
     """
 
     first: int
     bundle: RayBundle
     angle: np.ndarray
-    heights: np.ndarray
+    skip: np.ndarray
     owner: np.ndarray | None
     hits: Hits
 
@@ -50,117 +65,127 @@ class Beam:
 
 @dataclass(slots=True)
 class Lit:
-    """Some tubes of a beam, and what they meet; n of them.
+    """What some tubes of a beam meet.
 
-    part: of the beam, tubes: of all. plane: (n,) int64, `NO_PLANE` where it is not known. distance: (n,) float32 [m].
-    cosine: (n,) float32 of incidence, 0 for those that meet nothing. table: (n,) int32, places in the reflection
-    tables. unknown: (m,) rows of those that meet no known plane.
+    scattered: what rough faces send straight back. waves: (m,), those tubes whose phase counts; hit: (m,) of the beam,
+    plane: (m,) that they meet, and kind: (m,) uint8, of `MIRRORS`, `BENDS` and `LEADS`.
     """
 
-    part: slice
-    tubes: slice
+    scattered: Arrivals
+    waves: Waves
+    hit: np.ndarray
     plane: np.ndarray
-    distance: np.ndarray
-    cosine: np.ndarray
-    table: np.ndarray
-    unknown: np.ndarray
+    kind: np.ndarray
 
 
-def heights(setting: Setting, skip: np.ndarray | None) -> np.ndarray:
-    """Heights (p + 1,) float32 [m] of the radar over planes; 0 over those of surfaces that are skipped, (s,) bool."""
-    found = np.abs(setting.heights).astype(np.float32)
-    if skip is not None:
-        found[:-1][skip[setting.planes.surface]] = 0.0
-    return np.asarray(found)
-
-
-def lit(setting: Setting, beam: Beam, part: slice) -> Lit:
-    """What some tubes of a beam meet."""
-    hits = beam.hits
+def lit(setting: Setting, tubes: Tubes, beam: Beam, part: slice) -> Lit:
+    """What some tubes of a beam meet. Cross section of rough faces 4 x share x area x cosine squared (Lambert)."""
+    hits, faces = beam.hits, setting.faces
     distance, plane = hits.distance[part], setting.planes.of_hits(hits, part)
-    counts = distance < np.float32(setting.seen)
-    if beam.owner is not None:
-        counts &= np.take(setting.surfaces, plane) == beam.owner[part]
-    distance = np.maximum(distance, LEAST_M)
-    cosine = np.take(beam.heights, plane)
-    cosine /= distance
-    np.minimum(cosine, np.float32(1), out=cosine)
-    cosine *= counts
-    table = np.take(setting.tables, plane)
-    unknown = np.zeros(0, np.intp)
+    face = plane
+    tubes = tubes.part(beam.first + part.start, beam.first + part.stop)
     if setting.deforms:
-        assert hits.normals is not None
-        unknown = np.flatnonzero(counts & (plane == NO_PLANE))
-        rows = unknown + part.start
-        cosine[unknown] = np.abs((hits.normals[rows].T * beam.bundle.directions[:, rows]).sum(axis=0))
-        table[unknown] = setting.reflections.of_surfaces(hits.surfaces(rows))
-    table += setting.reflections.steps(cosine)
-    tubes = slice(beam.first + part.start, beam.first + part.stop)
-    return Lit(part, tubes, plane, distance, cosine, table, unknown)
-
-
-def scattered(setting: Setting, tubes: Tubes, beam: Beam, lit: Lit) -> Arrivals:
-    """What rough faces send straight back. Cross section 4 x share x area x cosine squared (Lambert)."""
-    part = lit.tubes
-    power = setting.reflections.diffuse(lit.table)
-    power *= lit.cosine
-    power *= tubes.weight[part]
-    power *= np.float32(4.0 * setting.antenna.receives)
-    power /= lit.distance
-    power /= lit.distance
-    rows = np.flatnonzero(power > 0)
-    rate = _rates(setting, beam, lit)
-    return Arrivals(
-        np.take(lit.distance, rows),
-        np.broadcast_to(np.float32(0), len(rows)) if rate is None else np.take(rate, rows),
-        np.take(tubes.azimuth[part], rows),
-        np.take(tubes.elevation[part], rows),
-        np.take(power, rows),
-        angle=np.take(beam.angle[lit.part], rows),
+        single = np.flatnonzero((plane == NO_PLANE) & (hits.number[part] != NOTHING))
+        point = tubes.directions[:, single].T * distance[single, None]
+        face, faces = with_hits(setting, plane, hits, single + part.start, single, point)
+    scattered, angle = np.empty((5, len(plane)), np.float32), np.empty(len(plane), np.int64)
+    waves, kinds = np.empty(len(plane), WAVE), np.empty(len(plane), np.uint8)
+    antenna, reflections = setting.antenna, setting.reflections
+    owner = _NONE if beam.owner is None else beam.owner[part]
+    linear = (faces.linear @ setting.rotation.T).astype(np.float32)
+    received, turning = np.float32(4.0 * antenna.receives), np.float32(2.0 / (WIDEST * antenna.wavelength))
+    limits = np.float32(setting.seen), GRAZING, MIRROR, FAINTEST
+    angles, directions = beam.angle[part], beam.bundle.directions[:, part]
+    # fmt: off
+    found, special = _lit(
+        distance, face, owner, beam.skip, setting.surfaces, setting.curved,
+        faces.height, faces.table, faces.body, linear, reflections.diffuse, reflections.amplitude, STEPS,
+        directions, tubes.directions, tubes.azimuth, tubes.elevation, angles,
+        tubes.weight, tubes.width, tubes.height, tubes.wide, received, turning, limits, setting.bounces > 1,
+        scattered, angle, waves, kinds,
     )
+    # fmt: on
+    waves, kinds = waves[:special], kinds[:special]
+    back = replace(Arrivals.of(scattered[:, :found], 1), angle=angle[:found])
+    row = waves["row"].copy()
+    waves["row"] += beam.first + part.start
+    return Lit(back, Waves(1, Images.none(), waves), row + part.start, plane[row], kinds)
 
 
-def _rates(setting: Setting, beam: Beam, lit: Lit) -> np.ndarray | None:
-    """Rates (n,) float32 [m/s] of the distances; None where nothing moves."""
-    directions, hits = beam.bundle.directions[:, lit.part], beam.hits
-    linear = setting.twists.linear.astype(np.float32)
-    rate: np.ndarray | None = None
-    if not setting.alike:
-        body = np.take(setting.planes.body, lit.plane)
-        rate = np.take(linear[:, 0], body) * directions[0]
-        for axis in (1, 2):
-            rate += np.take(linear[:, axis], body) * directions[axis]
-    elif not setting.still:
-        rate = np.einsum("i,ik->k", linear[-1], directions)
-    if len(lit.unknown):
-        row = lit.unknown + lit.part.start
-        within = speeds_within(setting, hits.surfaces(row), hits, row)
-        rate = np.zeros(len(lit.plane), np.float32) if rate is None else rate
-        rate[lit.unknown] += (within * directions[:, lit.unknown]).sum(axis=0)
-    return rate
-
-
-def mirrors(setting: Setting, tubes: Tubes, lit: Lit) -> np.ndarray:
-    """Rows of flat faces near their mirror reflection, whose phase turns less than `WIDEST` times over a tube."""
-    rows = np.flatnonzero(lit.cosine > MIRROR)
-    if setting.planes.any_curved:
-        rows = rows[~setting.curved[np.take(lit.plane, rows)]]
-    tube, square = rows + lit.tubes.start, np.take(lit.cosine, rows) ** 2
-    turns = np.maximum(np.take(tubes.width, tube), np.take(tubes.height, tube)) * np.take(lit.distance, rows)
-    turns *= np.float32(2.0 / (WIDEST * setting.antenna.wavelength))
-    return np.compress(turns**2 * (1.0 - square) < square, rows)
-
-
-def bent(setting: Setting, lit: Lit) -> np.ndarray:
-    """Rows of faces of curved surfaces."""
-    return np.flatnonzero(np.take(setting.curved, lit.plane) & (lit.cosine > GRAZING))
-
-
-def leading(setting: Setting, tubes: Tubes, lit: Lit) -> np.ndarray:
-    """Rows of the tubes that flat faces send on and that are followed."""
-    rows = np.flatnonzero((tubes.wide[lit.tubes] > 0) & (lit.cosine > GRAZING))
-    kept = np.take(setting.reflections.strength, np.take(lit.table, rows)) > FAINTEST
-    if setting.deforms or setting.planes.any_curved:
-        plane = np.take(lit.plane, rows)
-        kept &= (plane != NO_PLANE) & ~np.take(setting.curved, plane)
-    return np.compress(kept, rows)
+@compiled
+def _lit(
+    distance: np.ndarray,
+    faces: np.ndarray,
+    owner: np.ndarray,
+    skip: np.ndarray,
+    surfaces: np.ndarray,
+    curved: np.ndarray,
+    heights: np.ndarray,
+    tables: np.ndarray,
+    body: np.ndarray,
+    linear: np.ndarray,
+    diffuse: np.ndarray,
+    amplitude: np.ndarray,
+    steps: int,
+    direction: np.ndarray,
+    straight: np.ndarray,
+    azimuth: np.ndarray,
+    elevation: np.ndarray,
+    angle: np.ndarray,
+    weight: np.ndarray,
+    width: np.ndarray,
+    height: np.ndarray,
+    wide: np.ndarray,
+    received: np.float32,
+    turning: np.float32,
+    limits: tuple[np.float32, float, float, float],
+    follows: bool,
+    scattered: np.ndarray,
+    angles: np.ndarray,
+    waves: np.ndarray,
+    kinds: np.ndarray,
+) -> tuple[int, int]:
+    """Writes what is scattered (5, n), with its angle cells, and the waves whose phase counts, with their kinds; counts
+    both. direction: (3, n) in the world's axes, straight: in the sensor's; received: of 4 m^2 at 1 m [W m^2]; turning:
+    turns of phase, over `WIDEST`, on a way of 1 m.
+    """
+    found = special = 0
+    seen, grazing, mirror, faintest = limits
+    planes = len(curved) - 1
+    for row in range(len(distance)):
+        way, face = max(distance[row], LEAST_M), faces[row]
+        if not way < seen:
+            continue
+        surface = surfaces[face] if face < planes else NOTHING_KNOWN
+        if (len(owner) and owner[row] != surface) or skip[surface]:
+            continue
+        cosine = min(np.float32(abs(heights[face])) / way, np.float32(1))
+        table = tables[face] + min(int(cosine * steps), steps - 1)
+        power = diffuse[table] * cosine * weight[row] * received / way / way
+        if power > 0:
+            own, rate = body[face], np.float32(0)
+            for axis in range(3):
+                rate += linear[own, axis] * direction[axis, row]
+            scattered[0, found], scattered[1, found], scattered[4, found] = way, rate, power
+            scattered[2, found], scattered[3, found], angles[found] = azimuth[row], elevation[row], angle[row]
+            found += 1
+        if cosine <= grazing:
+            continue
+        kind = 0
+        if face < planes and curved[face]:
+            kind = BENDS
+        else:
+            turns = max(width[row], height[row]) * way * turning
+            square = cosine * cosine
+            if cosine > mirror and turns * turns * (1 - square) < square:
+                kind |= MIRRORS
+            left = amplitude[table]
+            if follows and wide[row] > 0 and 0 <= face < planes and left.real**2 + left.imag**2 > faintest**2:
+                kind |= LEADS
+        if kind:
+            wave, kinds[special] = waves[special], kind
+            wave.row, wave.image, wave.travelled, wave.field, wave.wide = row, 0, 0.0, 1.0, 1.0
+            for axis in range(3):
+                wave.direction[axis] = straight[axis, row]
+            special += 1
+    return found, special

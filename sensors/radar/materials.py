@@ -45,8 +45,8 @@ BASES: dict[str, Medium] = {
 class Reflections:
     """Reflection of the surfaces of a world at one wavelength, as tables over the cosine of incidence.
 
-    materials: (n,) encoded ones, of every surface. coherent: amplitudes, complex64; diffuse: share of the power that a
-    rough surface scatters to all sides (Lambert), float32.
+    materials: (n,) encoded ones, of every surface. A surface has `STEPS` places one after the other. amplitude:
+    complex64; diffuse: share of the power that a rough surface scatters to all sides (Lambert), float32.
     """
 
     def __init__(self, materials: np.ndarray, wavelength: float) -> None:
@@ -55,27 +55,15 @@ class Reflections:
         media = [BASES[decode(int(number))[0]] for number in known] or [BASES["none"]]
         smooth = [reflection(Medium(m.a, m.c, m.d, m.b, thickness=m.thickness), cosine, wavelength) for m in media]
         rough = [reflection(medium, cosine, wavelength) for medium in media]
-        self._coherent = np.array(rough, np.complex64).reshape(-1)
-        self.strength = np.abs(self._coherent)
-        """Amplitudes without their phases, float32, by place."""
+        self.amplitude = np.array(rough, np.complex64).reshape(-1)
+        """Amplitudes that are reflected coherently, by place."""
         lost = [np.abs(s) ** 2 - np.abs(r) ** 2 for s, r in zip(smooth, rough, strict=True)]
-        self._diffuse = np.array(lost, np.float32).reshape(-1)
-        self.scatters = bool((self._diffuse > 1e-6).any())
+        self.diffuse = np.array(lost, np.float32).reshape(-1)
+        """Shares of the power that are scattered, by place."""
+        self.scatters = bool((self.diffuse > 1e-6).any())
         """Whether any surface is rough."""
         self._of_surface = (which * STEPS).astype(np.int32) if len(materials) else np.zeros(1, np.int32)
 
     def of_surfaces(self, surfaces: np.ndarray) -> np.ndarray:
         """The first places (k,) int32 of surfaces (k,) in the tables."""
         return np.asarray(np.take(self._of_surface, surfaces, mode="clip"))
-
-    def steps(self, cosine: np.ndarray) -> np.ndarray:
-        """Steps (k,) int32 of cosines (k,) of incidence from the first place of a surface."""
-        return np.asarray(np.minimum((cosine * STEPS).astype(np.int32), STEPS - 1))
-
-    def coherent(self, index: np.ndarray) -> np.ndarray:
-        """Amplitudes (k,) complex64."""
-        return np.asarray(np.take(self._coherent, index))
-
-    def diffuse(self, index: np.ndarray) -> np.ndarray:
-        """Shares of the power (k,) float32."""
-        return np.asarray(np.take(self._diffuse, index))

@@ -50,13 +50,6 @@ class Tubes:
         """Some of them; the arrays are parts of these."""
         return Tubes(*(getattr(self, each.name)[..., first:end] for each in fields(self)))
 
-    def tangential(self, rows: np.ndarray, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The components (k,) of vectors (3, k) in the sensor frame across (growing azimuth) and up of some rays."""
-        side, high = np.take(self.azimuth, rows), np.take(self.elevation, rows)
-        ahead, level = np.sqrt(1 - side**2), np.sqrt(1 - high**2)
-        x, y, z = vectors
-        return ahead * y - side * x, level * z - high * (ahead * x + side * y)
-
 
 def fill(
     tubes: Tubes,

@@ -191,12 +191,12 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
         if owner is not None:
             end += len(owner)
             close = fan.tubes.part(first, end)
-            columns = setting.to_world(close.directions)
+            columns = (rotation @ close.directions).astype(np.float32)
             table = np.empty((len(owner), 6), np.float32)
             table[:, 3:6] = columns.T
             bundle = RayBundle(origin, table, exclude=self.exclude, reach=setting.seen, columns=columns)
             angle, *_ = grid.angles(close.azimuth, close.elevation)
-            beams.append(tracer.beam(first, bundle, angle, owner=owner))
+            beams.append(tracer.beam(first, bundle, angle, skip=np.zeros_like(small), owner=owner))
         return merged(grid, tracer.parts(fan.tubes.part(0, end), beams))
 
     def _standing(self, setting: Setting) -> tuple[Any, ...] | None:

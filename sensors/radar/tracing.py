@@ -6,20 +6,18 @@ took longer than the second core saved.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from sensors.raycast.rays import RayBundle
+from sensors.raycast.rays import Hits, RayBundle
 
 from .cube import Grid, Part, summed
-from .images import Images
-from .lit import Beam, bent, heights, leading, lit, mirrors, scattered
+from .glints import curved, curved_again
+from .lit import LEADS, MIRRORS, Beam, lit
 from .rays import Tubes
-from .scattering import Arrivals, again, curved, curved_again, facing, flat, mirrored, rough
-from .waves import Met, Sent, Setting, Waves, cast_first, first_waves, in_sight, meet, next_waves, reflected
+from .scattering import Arrivals, again, facing, flat, rough
+from .waves import Met, Sent, Setting, Waves, in_sight, meet, next_waves, reflected
 
 BLOCK = 65_536
 """Tubes that are worked on at once: their numbers fit into a core's cache."""
@@ -27,12 +25,13 @@ BLOCK = 65_536
 
 @dataclass(slots=True)
 class _Block:
-    """What became of some tubes at one bounce: parts of the cube, fields, powers of curved surfaces, what goes on."""
+    """What became of some tubes at one face: parts of the cube, fields, powers of curved surfaces, what is sent on."""
 
-    parts: list[Part]
-    fields: list[Arrivals]
-    glints: list[Arrivals]
-    on: Sent | None
+    met: Met
+    parts: list[Part] = field(default_factory=list)
+    fields: list[Arrivals] = field(default_factory=list)
+    glints: list[Arrivals] = field(default_factory=list)
+    sent: Sent | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,20 +42,13 @@ class Tracer:
     grid: Grid
 
     def beam(
-        self,
-        first: int,
-        bundle: RayBundle,
-        angle: np.ndarray,
-        *,
-        skip: np.ndarray | None = None,
-        owner: np.ndarray | None = None,
+        self, first: int, bundle: RayBundle, angle: np.ndarray, *, skip: np.ndarray, owner: np.ndarray | None = None
     ) -> Beam:
         """Casts the rays of a bundle, those of the tubes from `first` on; angle: their angle cells (`Grid.angles`).
 
-        skip: (s,) bool, surfaces that they do not meet first; owner: (n,), of each ray the only one it meets.
+        skip: (s + 1,) bool, surfaces that they do not meet first; owner: (n,), of each ray the only one it meets.
         """
-        setting = self.setting
-        return Beam(first, bundle, angle, heights(setting, skip), owner, cast_first(setting, bundle))
+        return Beam(first, bundle, angle, skip, owner, self.setting.cast(bundle))
 
     def parts(self, tubes: Tubes, beams: list[Beam]) -> list[Part]:
         """The parts of the cube that tubes bring."""
@@ -64,68 +56,59 @@ class Tracer:
         blocks = [self._first(tubes, *piece) for beam in beams for piece in beam.blocks(BLOCK, setting.seen)]
         found: list[Part] = []
         grouped: list[Arrivals] = []
-        images = Images.none()
-        for bounce in range(1, setting.bounces + 1):
+        while blocks:
             found += [part for block in blocks for part in block.parts]
             kinds = ([each for block in blocks for each in getattr(block, kind)] for kind in ("fields", "glints"))
             grouped += [Arrivals.together(kind) for kind in kinds if kind]
-            on = [block.on for block in blocks if block.on is not None and len(block.on.row)]
-            if not on:
+            sent = [block.sent for block in blocks if block.sent is not None]
+            if not any(len(each.waves) for each in sent):
                 break
-            waves, hits, row = next_waves(setting, images, on)
-            images = waves.images
-            if not len(row):
-                break
+            waves, hits, row = next_waves(setting, tubes, blocks[0].met.waves, sent)
             rows = [row[start : start + BLOCK] for start in range(0, len(row), BLOCK)]
-            met = [self._met(tubes, bounce + 1, waves, hits, some) for some in rows]
-            seen = self._seen([(each, towards) for each, towards, _ in met])
-            found += [part for *_, parts in met for part in parts]
-            blocks = [self._again(tubes, bounce + 1, each, at) for (each, *_), at in zip(met, seen, strict=True)]
+            blocks = self._straight_back(tubes, [self._next(tubes, waves, hits, some) for some in rows])
         return [*found, *(summed(self.grid, each) for each in grouped)]
 
     def _first(self, tubes: Tubes, beam: Beam, part: slice) -> _Block:
-        setting, seen = self.setting, lit(self.setting, beam, part)
-        back = [scattered(setting, tubes, beam, seen)] if setting.reflections.scatters else []
+        """What tubes of a beam bring back from the faces that they meet first, and send on."""
+        setting, seen = self.setting, lit(self.setting, tubes, beam, part)
+        met = meet(setting, seen.waves, np.arange(len(seen.hit)), beam.hits, seen.hit, seen.plane)
+        kind = seen.kind.take(met.each["wave"])
+        block = _Block(met, self._summed(seen.scattered))
+        if setting.bounces > 1:
+            block.sent = reflected(setting, met, np.flatnonzero(kind & LEADS))
+        self._add_coherent(tubes, block, np.arange(len(met)), np.flatnonzero(kind & MIRRORS))
+        return block
 
-        def met(rows: np.ndarray) -> Met:
-            waves = first_waves(tubes, rows + seen.tubes.start)
-            return meet(setting, waves, beam.hits, rows + seen.part.start, np.take(seen.plane, rows))
-
-        glints = list(curved(setting, tubes, met(bent(setting, seen)))) if setting.planes.any_curved else []
-        fields = list(flat(setting, tubes, met(mirrors(setting, tubes, seen))))
-        on = reflected(setting, met(leading(setting, tubes, seen))) if setting.bounces > 1 else None
-        return _Block(self._summed(1, back), fields, glints, on)
-
-    def _met(
-        self, tubes: Tubes, bounce: int, waves: Waves, hits: Any, row: np.ndarray
-    ) -> tuple[Met, np.ndarray, list[Part]]:
-        """The faces that waves meet, the rows of those that may be seen, and what comes back as it came."""
-        met = meet(self.setting, waves.at(row), hits, row, self.setting.planes.of_hits(hits, row))
-        return met, facing(self.setting, met), self._summed(bounce, again(self.setting, tubes, met))
-
-    def _seen(self, facing: list[tuple[Met, np.ndarray]]) -> list[np.ndarray]:
-        """The rows of each block that the radar sees."""
-        out = np.concatenate([met.out[rows] for met, rows in facing])
-        back = np.concatenate([met.back[:, rows] for met, rows in facing], axis=1)
-        seen = in_sight(self.setting, out, back) if len(out) else np.zeros(0, bool)
-        ends = np.cumsum([len(rows) for _, rows in facing])
-        return [rows[part] for (_, rows), part in zip(facing, np.split(seen, ends[:-1]), strict=True)]
-
-    def _again(self, tubes: Tubes, bounce: int, met: Met, rows: np.ndarray) -> _Block:
-        setting, seen = self.setting, met.at(rows)
-        fields = list(flat(setting, tubes, seen.at(mirrored(setting, seen))))
-        glints: list[Arrivals] = []
+    def _next(self, tubes: Tubes, waves: Waves, hits: Hits, row: np.ndarray) -> _Block:
+        """What waves that faces have sent on bring back on the way they came, and send on."""
+        setting = self.setting
+        met = meet(setting, waves, row, hits, row, setting.planes.of_hits(hits, row))
+        block = _Block(met, self._summed(again(setting, tubes, met)))
         if setting.planes.any_curved:
-            glints = [*curved(setting, tubes, seen), *curved_again(setting, tubes, met)]
-        for each in (*fields, *glints):
-            each.bounces = bounce
-        on = reflected(setting, met) if bounce < setting.bounces else None
-        return _Block(self._summed(bounce, rough(setting, tubes, seen)), fields, glints, on)
+            block.glints += curved_again(setting, tubes, met)
+        if waves.bounce < setting.bounces:
+            block.sent = reflected(setting, met, np.arange(len(met)))
+        return block
 
-    def _summed(self, bounce: int, found: Iterable[Arrivals]) -> list[Part]:
-        parts = [one for one in found if len(one.power)]
-        if not parts:
-            return []
-        one = Arrivals.together(parts)
-        one.bounces = bounce
-        return [summed(self.grid, one)]
+    def _straight_back(self, tubes: Tubes, blocks: list[_Block]) -> list[_Block]:
+        """Adds what comes straight back, of what the radar sees."""
+        setting = self.setting
+        ahead = [facing(setting, block.met) for block in blocks]
+        if any(len(each.row) for each in ahead):
+            out, rays = (np.concatenate([getattr(each, name) for each in ahead]) for name in ("out", "rays"))
+            seen = np.split(in_sight(setting, out, rays), np.cumsum([len(each.row) for each in ahead])[:-1])
+            for block, each, sight in zip(blocks, ahead, seen, strict=True):
+                rows = each.row[sight]
+                block.parts += self._summed(rough(setting, tubes, block.met, rows))
+                self._add_coherent(tubes, block, rows, each.row[sight & each.mirrors])
+        return blocks
+
+    def _add_coherent(self, tubes: Tubes, block: _Block, rows: np.ndarray, mirrors: np.ndarray) -> None:
+        """Adds what the faces `rows` send straight back as curved surfaces, and some as mirrors."""
+        if len(mirrors):
+            block.fields.append(flat(self.setting, tubes, block.met, mirrors))
+        if self.setting.planes.any_curved:
+            block.glints += curved(self.setting, tubes, block.met.at(rows))
+
+    def _summed(self, found: Arrivals) -> list[Part]:
+        return [summed(self.grid, found)] if len(found.power) else []

@@ -51,11 +51,3 @@ def test_a_way_over_two_mirrors_grows_as_its_image_and_its_target_part(seed):
     seen = speed - own[:3] - np.cross(own[3:], target)
     expected = (length(STEP) - length(-STEP)) / (2 * STEP)
     assert abs((images.rate[0] + seen) @ direction - expected) < 1e-6
-
-
-def test_bodies_move_alike_only_where_none_moves_in_its_own_way():
-    """A radar that drives sees what stands, and a body at rest, move alike; a body that drives beside it not."""
-    twists = Twists.of(np.array([[0.0] * 6, [2.0, 0, 0, 0, 0, 0]]), np.array([2.0, 0, 0, 0, 0, 0]))
-    assert twists.alike(np.array([0]))
-    assert not twists.alike(np.array([0, 1]))
-    assert twists.alike(np.array([], int))
