@@ -157,6 +157,7 @@ def _count_prims(parts: Parts) -> int:
 
 def _traps(parts: Parts, allow: Sequence[Path]) -> list[Note]:
     from graph.session.open import start
+    from graph.session.step_limit import check_steps
 
     from .load_traps import load_traps
     from .safe_log import quiet_warnings
@@ -164,6 +165,7 @@ def _traps(parts: Parts, allow: Sequence[Path]) -> list[Note]:
     with quiet_warnings():
         session = start(parts, allow)
         with session.app:
+            check_steps(session.app)
             return load_traps(session)
 
 

@@ -69,6 +69,7 @@ class Observed:
 
 def observe(session: Session) -> Observed:
     """Plays a session for twelve updates, or longer while a render product is still missing."""
+    from graph.session.step_limit import check_steps
     from graph.sim.messages.bus import CountingSink
 
     app, seen = session.app, Observed()
@@ -79,6 +80,7 @@ def observe(session: Session) -> Observed:
     app.bus.subscribe(heard)
     app.bus.subscribe(seen.frames)
     app.play()
+    check_steps(app)
     while seen.updates < SHOWN_UPDATES or (seen.updates < MOST_UPDATES and any(map(_is_unmade, makers))):
         _update(app, nodes, seen)
         if app.exit_requested:

@@ -112,6 +112,7 @@ def inspect(session: Session, path: str, *, aux: str | None = None, updates: int
 
     aux: auxiliary level to read it with; None means the prim's. Raises RunError, with the reason, if no frame comes.
     """
+    from graph.session.step_limit import check_steps
     from sensors.annotators.annotator import Annotator
     from sensors.annotators.registry import find_annotator
     from sensors.channels import Consumer
@@ -131,6 +132,7 @@ def inspect(session: Session, path: str, *, aux: str | None = None, updates: int
     duration = session.spec.duration if session.spec.duration is not None else Fraction(DEFAULT_DURATION_S)
     most = updates or max(1, math.ceil(duration * app.loop_rate))
     app.play()
+    check_steps(app)
     done, seen_in = 0, 0
     while done < most and not app.exit_requested and (updates is not None or product.frame is None):
         app.update()

@@ -102,6 +102,7 @@ def run(args: argparse.Namespace) -> int:
     from graph.session.message_sources import files_of, open_sources, play_into, remapping, warn_unheard
     from graph.session.missed_ticks import missed_in_run
     from graph.session.open import open_session
+    from graph.session.step_limit import check_steps
     from graph.sim.messages.bus import CountingSink
     from graph.sim.settings import suggestion
     from graph.sim.transports.targets import connect, read_targets
@@ -159,7 +160,7 @@ def run(args: argparse.Namespace) -> int:
                     meter.follow(app)
                 # Physics is built here: a scene that cannot be simulated is refused before anything is written.
                 app.play()
-                _check_steps(app)
+                check_steps(app)
                 for warning in clock_traps(app, list(islice(plan_updates(app), min(updates, MOST_PLANNED_UPDATES)))):
                     app.warn(*warning)
                 if args.out:
@@ -282,15 +283,6 @@ def show_log() -> None:
         counted = logging.getLogger("tickgraph.warnings")
         counted.propagate = False
         counted.addHandler(logging.NullHandler())
-
-
-def _check_steps(app: App) -> None:
-    """Refuses, before anything is written, clocks with endless steps in an update."""
-    rate = app.simulation.steps_per_second
-    steps = rate / app.loop_rate
-    if app.physics is not None:
-        said = f"physics_hz {float(rate):g} over loop_hz {float(app.loop_rate):g}"
-        check("clock.steps", steps, f"{said} makes {float(steps):,.0f} steps in an update")
 
 
 def _number_of_updates(args: argparse.Namespace, session: Session) -> int:

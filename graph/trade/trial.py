@@ -71,6 +71,7 @@ class Timed:
 
 def measure(scene: Scene, setting: Setting, duration: Fraction) -> Measured:
     """Runs a setting and records its bodies and sensors. Raises UserError for what cannot be opened, or never ends."""
+    from graph.session.step_limit import check_steps
     from graph.sim.messages.bus import CountingSink
 
     found, read = Measured(), set(CLOCKS)
@@ -84,6 +85,7 @@ def measure(scene: Scene, setting: Setting, duration: Fraction) -> Measured:
         readings = ReadingLog(app, float(duration))
         app.bus.subscribe(CountingSink())  # with a reader publishers publish, as they do in a recorded run
         app.play()
+        check_steps(app)
         states = StateLog(app, float(duration))
         found.opening = time.process_time() - began
         stepping = [False]

@@ -96,3 +96,13 @@ def test_run_refuses_too_many_steps_before_it_writes(tmp_path, hz, code):
     command = ["run", str(tmp_path / "g.json"), "--updates", "1", "--out", str(tmp_path / "out")]
     assert main([*command, "--limit", "clock.steps=2000"]) == code
     assert (tmp_path / "out").exists() == (code == 0)
+
+
+@pytest.mark.parametrize("command", ["check", "explain"])
+@pytest.mark.parametrize(("scene", "code"), [(BALL, 2), ({}, 0)])
+def test_too_many_steps_are_found_without_a_run_where_anything_moves(tmp_path, capsys, command, scene, code):
+    document = {"tickgraph": 1, "clock": {"physics_hz": "1e9", "loop_hz": 60}, "scene": {"prims": scene}}
+    (tmp_path / "g.json").write_text(json.dumps(document))
+    assert main([command, str(tmp_path / "g.json")]) == code
+    said = "physics_hz 1,000,000,000 over loop_hz 60 makes 16,666,667 steps in an update; the limit is 100,000 steps"
+    assert (said in capsys.readouterr().err) == (code == 2)
