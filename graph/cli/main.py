@@ -12,6 +12,7 @@ import atexit
 import errno
 import gc
 import os
+import re
 import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -69,12 +70,17 @@ COMMANDS = {
 }
 
 
+_NUMBERS = {"int": "whole number", "float": "number"}
+_NO_NUMBER = re.compile(r"invalid (int|float) value: ('.*')")
+
+
 class _WrongUsage(Exception):  # noqa: N818  (a signal of this module, caught in it)
     """The command line itself is wrong."""
 
 
 class _Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
+        message = _NO_NUMBER.sub(lambda found: f"{found[2]} is not a {_NUMBERS[found[1]]}", message)
         raise _WrongUsage(f"{self.prog}: {message}; see {self.prog} --help")
 
     def refuse_unknown_options(self, arguments: Sequence[str]) -> None:

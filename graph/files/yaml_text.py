@@ -215,6 +215,8 @@ class _Composer:
 def _broken(source: Source, error: MarkedYAMLError) -> UserError:
     mark = error.problem_mark or error.context_mark
     at = 0 if mark is None else mark.index
+    if source.text.startswith("#usda"):
+        return UserError(source.problem(0, "this is USD text; give it a name that ends in .usda"))
     if source.text[at : at + 1] == "\t":
         return UserError(source.problem(at, "a tab cannot indent YAML; use spaces"))
     what = _one_line(error.problem or error.context or "unreadable text")

@@ -19,6 +19,7 @@ from .finders import Finder
 from .library import SHIPPED, Library
 
 _LOG = logging.getLogger("tickgraph")
+_SHORTEST_WORD, _NAMED = 3, 3
 
 
 class UnknownNodeTypeError(UserError, KeyError):
@@ -86,9 +87,17 @@ class Registry:
         near = ""
         if suggest:
             known = (*self._types, *self._short) if "." in name else (*self._short, *self._types)
-            near = did_you_mean_id(name, known)
+            near = did_you_mean_id(name, known) or self._held_by(name)
         lost = "".join(f"; it may be of {problem}" for problem in self._left_out)
         raise UnknownNodeTypeError(f'no node type "{name}"{near}{lost or ("" if near else self._where_else())}')
+
+    def _held_by(self, word: str) -> str:
+        """The types that have a word such as "camera" in their names, and the command that lists them; or ""."""
+        found = [name for name in self._short if word.casefold() in name.casefold() and not name.startswith("Ogn")]
+        if len(word) < _SHORTEST_WORD or not word.isalnum() or not found:
+            return ""
+        more = f" and {len(found) - _NAMED} more" if len(found) > _NAMED else ""
+        return f"; it is part of {', '.join(found[:_NAMED])}{more} (graph nodes {word})"
 
     def _where_else(self) -> str:
         """Advice on where an unknown type without a similar name can come from."""

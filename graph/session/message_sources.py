@@ -55,6 +55,8 @@ def _remapped(sources: list[Source], remap: Mapping[str, str]) -> list[Source]:
 
     known = dict.fromkeys(topic for source in sources for topic in source.topics())
     for old, new in remap.items():
+        if not sources:
+            raise UserError(f"--remap {old}:={new}: it is for the topics of --play; give --play too, or leave it out")
         if old not in known:
             for source in sources:
                 source.close()

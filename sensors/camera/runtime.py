@@ -256,7 +256,8 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
         try:
             other = reference_of(self._app, self.path)
         except UserError as problem:
-            self._app.warn("no-second-camera", self.path, f"{problem}; its offsets are -1")
+            what = str(problem).removeprefix(f"{self.path}: ")
+            self._app.warn("no-second-camera", self.path, f"{what}; its offsets are -1")
             return np.full((len(view.depth), 4), INVALID, np.float32)
         world, exclude = cast_world(self._app), self.exclude | other.exclude
         if self._between is None or self._between[0] is not world or self._between[1] != exclude:

@@ -162,7 +162,7 @@ def find(config: str, variant: Variant = None) -> LidarConfig:
         if config in asset.products:
             return asset.config({"Product": config, **variant} if isinstance(variant, Mapping) else variant or config)
     names = [name for asset in assets() for name in (*asset.spellings, *asset.products)]
-    close = _close(config, names)
+    close = _close(config, names if " " in config else [name for name in names if " " not in name])
     hint = f"; did you mean {' or '.join(close)}?" if close else "."
     short = ", ".join(asset.short_name for asset in assets())
     raise UserError(f"no lidar config {config!r}{hint} There are: {short} (see SUPPORTED_LIDAR_CONFIGS)")

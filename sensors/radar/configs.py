@@ -94,8 +94,7 @@ SUPPORTED_RADAR_CONFIGS: dict[str, list[Any]] = {asset.path: [] for asset in ASS
 
 def author_config(prim: Usd.Prim, config: str, variant: Any = None, **where: Any) -> None:
     """Writes a shipped configuration on a radar prim, by any spelling of its name. Raises SensorValueError."""
-    named = {spelling.casefold(): asset for asset in ASSETS for spelling in asset.spellings}
-    asset = named.get(config.casefold())
+    asset = next((one for one in ASSETS if config in one.spellings), None)
     if asset is None:
         names = [one.short_name for one in ASSETS]
         hint = did_you_mean(config, names, f"there are: {', '.join(names)}")

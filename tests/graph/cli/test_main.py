@@ -17,6 +17,8 @@ class Stub:
     def add_arguments(self, parser):
         parser.add_argument("file", nargs="?")
         parser.add_argument("--flag", action="store_true")
+        parser.add_argument("--count", type=int)
+        parser.add_argument("--share", type=float)
 
     def run(self, args):
         self.args = args
@@ -61,6 +63,8 @@ def test_version(capsys):
         (["--debug"], "graph: no command given; see graph --help"),
         (["--wrong"], "graph: unrecognized arguments: --wrong; see graph --help"),
         (["run", "--wrong"], 'graph run: there is no option "--wrong"; see graph run --help'),
+        (["run", "--count", "x"], "graph run: argument --count: 'x' is not a whole number; see graph run --help"),
+        (["run", "--share", "x"], "graph run: argument --share: 'x' is not a number; see graph run --help"),
         (["run", "--/a"], "graph: --/a: write a setting as --/path=value"),
         (["run", "--/=1"], "graph: --/=1: write a setting as --/path=value"),
         (["nodes", "--/a=1"], "graph: graph nodes builds no App and takes no settings; leave out --/a"),

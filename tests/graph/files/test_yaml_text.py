@@ -121,6 +121,7 @@ def test_a_tag_that_does_not_fit_its_value_is_a_problem():
     ("text", "line"),
     [
         ("a:\n\tb: 1\n", "a.yaml:2:1: a tab cannot indent YAML; use spaces"),
+        ("#usda 1.0\n( a: b: c )\n", "a.yaml:1:1: this is USD text; give it a name that ends in .usda"),
         (
             "a: [1, 2\nb: 3\n",
             "a.yaml:2:2: this is not YAML: while parsing a flow sequence from line 1 on, "

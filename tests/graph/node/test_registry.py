@@ -41,6 +41,19 @@ def test_an_unknown_name_suggests_the_nearest():
         registry.get("omni.graph.actions.Branch")
 
 
+def test_a_word_that_is_part_of_names_leads_to_their_list():
+    registry = Registry()
+    for name in ("OgnReadTheCameraInfo", "WhatCameraViews", "CameraLensOfAll", "SetCameraOnProduct"):
+        registry.add(of(f"example.{name}", "example:1"))
+    for word, said in (
+        ("camera", "it is part of ReadTheCameraInfo, WhatCameraViews, CameraLensOfAll and 1 more (graph nodes camera)"),
+        ("lens", "it is part of CameraLensOfAll (graph nodes lens)"),
+    ):
+        with pytest.raises(UnknownNodeTypeError) as caught:
+            registry.get(word)
+        assert str(caught.value) == f'no node type "{word}"; {said}'
+
+
 def test_ids_are_not_near_for_sharing_a_namespace():
     registry = Registry()
     registry.add(of("omni.graph.nodes.ReadTime", "nodes.t:1"))

@@ -208,3 +208,8 @@ def test_a_wrong_remapping_is_one_line(tmp_path, options, said):
     with pytest.raises(UserError) as refused:
         open_sources([write(tmp_path, "a.yaml", YAML)], remapping(options))
     assert str(refused.value).startswith(said)
+
+
+def test_a_remapping_without_a_file_to_play_is_refused():
+    with pytest.raises(UserError, match="--remap /a:=/b: it is for the topics of --play; give --play too"):
+        open_sources([], remapping(["/a:=/b"]))

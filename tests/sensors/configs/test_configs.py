@@ -81,6 +81,8 @@ def test_variants_change_rates_and_fire_times():
 def test_an_unknown_config_offers_close_matches_and_names_the_table():
     with pytest.raises(UserError, match=r"did you mean Example[_ ]Rotary.*SUPPORTED_LIDAR_CONFIGS"):
         find("Example_Rotery")
+    with pytest.raises(UserError, match=r"did you mean Example_Rotary_2D or Example_Rotary or Example_Solid_State\?"):
+        find("Example_Rotary2D")
 
 
 def test_an_unknown_variant_lists_the_variants():

@@ -72,7 +72,7 @@ def test_the_schema_has_the_defaults_of_the_model(app):
             assert value == pytest.approx(one.default), one.name
 
 
-@pytest.mark.parametrize("name", ["IWRL6432AOP", "iwrl6432aop", *SUPPORTED_RADAR_CONFIGS])
+@pytest.mark.parametrize("name", ["IWRL6432AOP", *SUPPORTED_RADAR_CONFIGS])
 def test_a_shipped_configuration_by_name_and_path(app, name):
     radar = Radar.create("/World/Radar", config=name, app=app)
     assert radar.config.wave_length_mm == 4.955
