@@ -94,7 +94,7 @@ def _glint(setting: Setting, tubes: Tubes, met: Met, ways: np.ndarray) -> np.nda
 def _surface_keys(setting: Setting, met: Met) -> np.ndarray:
     """(k,) uint64 of the surface that sends back and of the mirrors on the way."""
     surface = np.take(setting.surfaces, met.plane).astype(np.uint64)
-    return np.asarray(surface + np.take(met.waves.images.key, met.wave["image"]))
+    return np.asarray(surface + np.take(met.waves.images.key, met.waves.image.take(met.each["wave"])))
 
 
 def _middle_ways(setting: Setting, met: Met) -> np.ndarray:

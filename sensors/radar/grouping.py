@@ -18,21 +18,15 @@ class Groups:
 
     def __init__(self, key: np.ndarray) -> None:
         """key: (k,) integers."""
-        found, which = _numbered(key)
+        found, self.which = _numbered(key)
+        """Place in `keys` of each key, (k,) int32."""
         order = np.argsort(found)
         self.keys = found[order]
         """The keys that occur, (n,), rising."""
-        place = np.empty(len(order), np.int32)
-        place[order] = np.arange(len(order))
-        self.which = np.take(place, which)
-        """Place in `keys` of each key, (k,) int32."""
+        _renumber(self.which, order)
 
     def __len__(self) -> int:
         return len(self.keys)
-
-    def spread(self, values: np.ndarray) -> np.ndarray:
-        """Values (n,), one of each key, at all its places (k,)."""
-        return np.asarray(np.take(values, self.which))
 
     def sums(self, values: np.ndarray) -> np.ndarray:
         """Sums (n,) complex128 of values (k,), complex."""
@@ -41,13 +35,11 @@ class Groups:
         return found
 
     def means(self, values: Sequence[np.ndarray], weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Sums (n,) float64 of weights (k,), and means (len(values), n) by them of values (k,)."""
-        total, found = np.zeros(len(self)), np.zeros((len(values), len(self)))
-        _add(self.which, weight, total)
-        for row, mean in zip(values, found, strict=True):
-            _add_weighted(self.which, row, weight, mean)
-        found /= np.maximum(total, 1e-300)
-        return total, found
+        """Sums (n,) float64 of weights (k,), and means (4, n) by them of four values (k,)."""
+        total, means = np.zeros(len(self)), np.zeros((len(self), 4))
+        first, second, third, fourth = values
+        _add_weighted(self.which, first, second, third, fourth, weight, total, means)
+        return total, means.T / np.maximum(total, 1e-300)
 
 
 @compiled
@@ -85,14 +77,38 @@ def _numbered(key: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 @compiled
-def _add(which: np.ndarray, values: np.ndarray, sums: np.ndarray) -> None:
-    """Adds values (k,) to the sums (n,) of their groups (k,)."""
-    for place in range(len(which)):
-        sums[which[place]] += values[place]
+def _renumber(which: np.ndarray, order: np.ndarray) -> None:
+    """Replaces numbers (k,) by their places in `order` (n,)."""
+    place = np.empty(len(order), np.int32)
+    for at in range(len(order)):
+        place[order[at]] = at
+    for row in range(len(which)):
+        which[row] = place[which[row]]
 
 
 @compiled
-def _add_weighted(which: np.ndarray, values: np.ndarray, weight: np.ndarray, sums: np.ndarray) -> None:
-    """Adds values times weights (k,) to the sums (n,) of their groups (k,)."""
-    for place in range(len(which)):
-        sums[which[place]] += np.float64(values[place]) * weight[place]
+def _add(which: np.ndarray, values: np.ndarray, sums: np.ndarray) -> None:
+    """Adds values (k,) to the sums (n,) of their groups (k,)."""
+    for row in range(len(which)):
+        sums[which[row]] += values[row]
+
+
+@compiled
+def _add_weighted(
+    which: np.ndarray,
+    first: np.ndarray,
+    second: np.ndarray,
+    third: np.ndarray,
+    fourth: np.ndarray,
+    weight: np.ndarray,
+    total: np.ndarray,
+    sums: np.ndarray,
+) -> None:
+    """Adds weights (k,) to the totals (n,) of their groups (k,), and four values (k,) times them to the sums (n, 4)."""
+    for row in range(len(which)):
+        group, share = which[row], np.float64(weight[row])
+        total[group] += share
+        sums[group, 0] += share * first[row]
+        sums[group, 1] += share * second[row]
+        sums[group, 2] += share * third[row]
+        sums[group, 3] += share * fourth[row]

@@ -34,17 +34,14 @@ def added(found: Arrivals, widths: Sequence[float]) -> tuple[np.ndarray, np.ndar
     assert found.field is not None
     assert found.zone is not None
     which, middle = _in_groups(found)
-    values = found.values
-    key, row, weight = _cells(which, middle, *values, ZONES * found.zone, tuple(widths), FLAT_TOP)
+    key, row, weight = _cells(which, middle, *found.values, ZONES * found.zone, tuple(widths), FLAT_TOP)
     groups, field = Groups(key), np.take(found.field, row) * weight
     sums = groups.sums(field)
     squared = sums.real**2 + sums.imag**2
     # Where a face reflects as a mirror, the fields that do not cancel tell the place; else the strongest do.
-    power = field.real**2 + field.imag**2
-    sums /= np.maximum(squared, 1e-300)
-    share = field.real * groups.spread(sums.real) + field.imag * groups.spread(sums.imag)
-    each = [np.take(one, row) for one in values]
-    (_, means), (_, places) = groups.means(each, power), groups.means(each, share)
+    means, places = np.zeros((len(groups), 5)), np.zeros((len(groups), 5))
+    _add_places(groups.which, row, *found.values, field, sums / np.maximum(squared, 1e-300), means, places)
+    means, places = (each[:, 1:].T / np.maximum(each[:, 0], 1e-300) for each in (means, places))
     near = np.abs(places - means) < np.array(widths)[:, None] / 2
     return squared, np.where(near, places, means)
 
@@ -98,12 +95,12 @@ def _cells(
     flat_top: float,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Keys (m,) uint64 of the cells about the middles (4, n) of their groups (k,) in which values (k,) lie, with their
-    rows (m,) int32 and the shares (m,) float32 that belong there: up to four of each row, of the two angles.
+    rows (m,) and the shares (m,) float32 that belong there: up to four of each row, of the two angles.
 
     widths: of the four; least: (k,) of the angles' cells.
     """
     keys = np.empty(4 * len(which), np.uint64)
-    rows = np.empty(4 * len(which), np.int32)
+    rows = np.empty(4 * len(which), np.int64)
     shares = np.empty(4 * len(which), np.float32)
     count = 0
     for row in range(len(which)):
@@ -122,3 +119,31 @@ def _cells(
                         keys[count], rows[count], shares[count] = _joined(column, level), row, share * part
                         count += 1
     return keys[:count], rows[:count], shares[:count]
+
+
+@compiled
+def _add_places(
+    which: np.ndarray,
+    rows: np.ndarray,
+    range_m: np.ndarray,
+    velocity: np.ndarray,
+    azimuth: np.ndarray,
+    height: np.ndarray,
+    field: np.ndarray,
+    part: np.ndarray,
+    means: np.ndarray,
+    places: np.ndarray,
+) -> None:
+    """Adds to the sums (n, 5) of groups the weights of fields (m,), and the values of their rows times these.
+
+    Weights are the power of a field, for `means`, and its share of the group's sum, for `places`; part: (n,), the sum
+    over its power.
+    """
+    for at in range(len(which)):
+        group, row, one, whole = which[at], rows[at], field[at], part[which[at]]
+        power = one.real * one.real + one.imag * one.imag
+        share = one.real * whole.real + one.imag * whole.imag
+        values = np.float32(1), range_m[row], velocity[row], azimuth[row], height[row]
+        for axis in range(5):
+            means[group, axis] += power * values[axis]
+            places[group, axis] += share * values[axis]

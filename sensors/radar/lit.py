@@ -90,6 +90,7 @@ def lit(setting: Setting, tubes: Tubes, beam: Beam, part: slice) -> Lit:
         face, faces = with_hits(setting, plane, hits, single + part.start, single, point)
     scattered, angle = np.empty((5, len(plane)), np.float32), np.empty(len(plane), np.int64)
     waves, kinds = np.empty(len(plane), WAVE), np.empty(len(plane), np.uint8)
+    met, planes = np.empty(len(plane), np.int64), np.empty(len(plane), np.int64)
     antenna, reflections = setting.antenna, setting.reflections
     owner = _NONE if beam.owner is None else beam.owner[part]
     linear = (faces.linear @ setting.rotation.T).astype(np.float32)
@@ -102,14 +103,12 @@ def lit(setting: Setting, tubes: Tubes, beam: Beam, part: slice) -> Lit:
         faces.height, faces.table, faces.body, linear, reflections.diffuse, reflections.amplitude, STEPS,
         directions, tubes.directions, tubes.azimuth, tubes.elevation, angles,
         tubes.weight, tubes.width, tubes.height, tubes.wide, received, turning, limits, setting.bounces > 1,
-        scattered, angle, waves, kinds,
+        beam.first + part.start, part.start, scattered, angle, waves, met, planes, kinds,
     )
     # fmt: on
-    waves, kinds = waves[:special], kinds[:special]
     back = replace(Arrivals.of(scattered[:, :found], 1), angle=angle[:found])
-    row = waves["row"].copy()
-    waves["row"] += beam.first + part.start
-    return Lit(back, Waves(1, Images.none(), waves), row + part.start, plane[row], kinds)
+    started = Waves(1, Images.none(), np.zeros(special, np.int32), waves[:special])
+    return Lit(back, started, met[:special], planes[:special], kinds[:special])
 
 
 @compiled
@@ -140,9 +139,13 @@ def _lit(
     turning: np.float32,
     limits: tuple[np.float32, float, float, float],
     follows: bool,
+    first_tube: int,
+    first_hit: int,
     scattered: np.ndarray,
     angles: np.ndarray,
     waves: np.ndarray,
+    hits: np.ndarray,
+    planes: np.ndarray,
     kinds: np.ndarray,
 ) -> tuple[int, int]:
     """Writes what is scattered (5, n), with its angle cells, and the waves whose phase counts, with their kinds; counts
@@ -151,12 +154,12 @@ def _lit(
     """
     found = special = 0
     seen, grazing, mirror, faintest = limits
-    planes = len(curved) - 1
+    known = len(curved) - 1
     for row in range(len(distance)):
         way, face = max(distance[row], LEAST_M), faces[row]
         if not way < seen:
             continue
-        surface = surfaces[face] if face < planes else NOTHING_KNOWN
+        surface = surfaces[face] if face < known else NOTHING_KNOWN
         if (len(owner) and owner[row] != surface) or skip[surface]:
             continue
         cosine = min(np.float32(abs(heights[face])) / way, np.float32(1))
@@ -172,7 +175,7 @@ def _lit(
         if cosine <= grazing:
             continue
         kind = 0
-        if face < planes and curved[face]:
+        if face < known and curved[face]:
             kind = BENDS
         else:
             turns = max(width[row], height[row]) * way * turning
@@ -180,12 +183,13 @@ def _lit(
             if cosine > mirror and turns * turns * (1 - square) < square:
                 kind |= MIRRORS
             left = amplitude[table]
-            if follows and wide[row] > 0 and 0 <= face < planes and left.real**2 + left.imag**2 > faintest**2:
+            if follows and wide[row] > 0 and 0 <= face < known and left.real**2 + left.imag**2 > faintest**2:
                 kind |= LEADS
         if kind:
-            wave, kinds[special] = waves[special], kind
-            wave.row, wave.image, wave.travelled, wave.field, wave.wide = row, 0, 0.0, 1.0, 1.0
+            wave = waves[special]
+            wave.row, wave.travelled, wave.field, wave.wide = first_tube + row, 0.0, 1.0, 1.0
             for axis in range(3):
                 wave.direction[axis] = straight[axis, row]
+            hits[special], planes[special], kinds[special] = first_hit + row, face if face < known else -1, kind
             special += 1
     return found, special

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from graph.sim.geometry.surfaces import Mesh, Plane
+from sensors.compiled import compiled
 from sensors.raycast.rays import NOTHING, Hits
 from sensors.raycast.standing import excluded
 from sensors.raycast.world import CastWorld
@@ -150,14 +151,15 @@ class WorldPlanes:
         where nothing is hit.
         """
         number = hits.number[rows]
-        found = np.take(self._table(hits), number, mode="clip")
+        found = np.empty(len(number), np.int64)
+        _look_up(self._table(hits), number, found)
         if hits.spots is not None:
             unknown = np.flatnonzero((found == NO_PLANE) & (number != NOTHING))
             triangle = hits.spots.triangle[rows][unknown]
             surface = np.take(hits.surface_of, number[unknown])
             rigid = np.flatnonzero((self._world.body_of[surface] >= 0) & ~self._world.deforming[surface])
             found[unknown[rigid]] = self._of_triangle[self._triangles[surface[rigid]] + triangle[rigid]]
-        return np.asarray(found)
+        return found
 
     def _table(self, hits: Hits) -> np.ndarray:
         """Number of a hit -> plane; `NO_PLANE` where a surface has several."""
@@ -175,6 +177,14 @@ class WorldPlanes:
             table = np.concatenate([*parts, np.array([*single, NO_PLANE])]).astype(np.int64)
             self._numbers = hits.surface_of, table
         return self._numbers[1]
+
+
+@compiled
+def _look_up(table: np.ndarray, number: np.ndarray, found: np.ndarray) -> None:
+    """The entries of a table by their numbers (k,); those beyond it find the last."""
+    last = len(table) - 1
+    for row in range(len(number)):
+        found[row] = table[min(int(number[row]), last)]
 
 
 def planes_of(world: CastWorld) -> WorldPlanes:

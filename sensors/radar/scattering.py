@@ -81,19 +81,27 @@ class Facing:
     """Faces ahead that send something straight back if nothing is in between: m rows of `Met`.
 
     mirrors: (m,) bool, those that are flat and near a mirror reflection. out: (m,) [m] from the radar, rays: (m, 6)
-    float32, there.
+    float32, there; back: (m, 3) float32, the same in the sensor's axes.
     """
 
     row: np.ndarray
     mirrors: np.ndarray
     out: np.ndarray
     rays: np.ndarray
+    back: np.ndarray
+
+    def at(self, rows: np.ndarray) -> Facing:
+        """Some of them."""
+        return Facing(*(getattr(self, each.name)[rows] for each in fields(self)))
 
 
 def facing(setting: Setting, met: Met) -> Facing:
     """Those that are lit from the radar's side, ahead of it and within reach."""
     count = len(met)
-    found = np.empty(count, np.int64), np.empty(count, bool), np.empty(count), np.empty((count, 6), np.float32)
+    found = (
+        *(np.empty(count, np.int64), np.empty(count, bool), np.empty(count)),
+        *(np.empty((count, 6), np.float32), np.empty((count, 3), np.float32)),
+    )
     tables = met.faces.planes, setting.curved, setting.reflections.diffuse, setting.rotation
     count = _facing(met.waves.each, met.each, *tables, 2.0 * setting.seen, *found)
     return Facing(*(each[:count] for each in found))
@@ -108,29 +116,29 @@ def again(setting: Setting, tubes: Tubes, met: Met) -> Arrivals:
     return Arrivals.of(found[:, :count], met.waves.bounce)
 
 
-def rough(setting: Setting, tubes: Tubes, met: Met, rows: np.ndarray) -> Arrivals:
+def rough(setting: Setting, tubes: Tubes, met: Met, seen: Facing) -> Arrivals:
     """What some rough faces, met after others, send straight back: by the two ways in both orders."""
-    antenna, back = setting.antenna, met.each["back"].take(rows, axis=0).T
-    gains, found = (antenna.sends(back), antenna.hears(back)), np.empty((5, 2 * len(rows)), np.float32)
+    antenna, back = setting.antenna, seen.back.T
+    gains, found = (antenna.sends(back), antenna.hears(back)), np.empty((5, 2 * len(seen.row)), np.float32)
     own = tubes.solid, tubes.sends, tubes.hears, tubes.azimuth, tubes.elevation
     received, diffuse = 4.0 * antenna.receives, setting.reflections.diffuse
-    count = _rough(met.waves.each, met.each, rows, diffuse, *own, *gains, received, found)
+    count = _rough(met.waves.each, met.each, seen.row, diffuse, *own, *gains, received, found)
     return Arrivals.of(found[:, :count], met.waves.bounce)
 
 
-def flat(setting: Setting, tubes: Tubes, met: Met, rows: np.ndarray) -> Arrivals:
-    """What some flat faces send straight back: each tube's field.
+def flat(setting: Setting, tubes: Tubes, met: Met, rows: np.ndarray, back: np.ndarray | None = None) -> Arrivals:
+    """What some flat faces send straight back: each tube's field; back: (m, 3), the ways, None: those of the tubes.
 
     The way is worked out in float64, down to a fraction of a wave; amplitudes and phases then are float32.
     """
-    antenna, images, first, count = setting.antenna, met.waves.images, met.waves.bounce == 1, len(rows)
-    hears = None if first else antenna.hears(met.each["back"].take(rows, axis=0).T).astype(np.float32)
+    antenna, images, count = setting.antenna, met.waves.images, len(rows)
+    hears = tubes.hears if back is None else antenna.hears(back.T)
     found, zone = np.empty((5, count), np.float32), np.empty(count, np.float32)
     turns, field, group = np.empty((3, count), np.float32), np.empty(count, np.complex64), np.empty(count, np.uint64)
     _flat(
-        *(met.waves.each, met.each, rows, met.faces.normal, setting.keys, images.key, images.turn),
+        *(met.waves.image, met.waves.each, met.each, rows, met.faces.normal, setting.keys, images.key, images.turn),
         *(tubes.azimuth, tubes.elevation, tubes.width, tubes.height, tubes.solid, tubes.sends),
-        *(tubes.hears if hears is None else hears, first, setting.reflections.amplitude),
+        *(hears, back is None, setting.reflections.amplitude),
         *(antenna.wavelength, math.sqrt(antenna.power) / (4.0 * math.pi)),
         *(found, zone, group, turns, field),
     )
@@ -175,6 +183,7 @@ def _facing(
     mirrors: np.ndarray,
     out: np.ndarray,
     rays: np.ndarray,
+    back: np.ndarray,
 ) -> int:
     """Writes the arrays of `Facing`, and counts them; longest: way there and back [m]."""
     count = 0
@@ -189,7 +198,7 @@ def _facing(
             rows[count], mirrors[count], out[count] = row, mirror and not bent, one.out
             for axis in range(3):
                 toward = rotation[axis, 0], rotation[axis, 1], rotation[axis, 2]
-                rays[count, 3 + axis] = _inner(toward, one.back)
+                rays[count, 3 + axis], back[count, axis] = _inner(toward, one.back), one.back[axis]
             count += 1
     return count
 
@@ -262,6 +271,7 @@ def _rough(
 
 @compiled
 def _flat(
+    images: np.ndarray,
     waves: np.ndarray,
     met: np.ndarray,
     rows: np.ndarray,
@@ -295,7 +305,7 @@ def _flat(
     for at in range(len(rows)):
         one = met[rows[at]]
         wave = waves[one.wave]
-        row, way, back = wave.row, one.way + one.out, one.back
+        image, row, way, back = images[one.wave], wave.row, one.way + one.out, one.back
         found[0, at], found[1, at], found[2, at], found[3, at] = (
             way / 2,
             (one.coming + one.going) / 2,
@@ -304,7 +314,7 @@ def _flat(
         )
         zone[at] = math.sqrt(wavelength / way)
         known = one.face < len(face_keys) - 1
-        group[at] = image_keys[wave.image] + (face_keys[one.face] if known else np.uint64(row) + OWN)
+        group[at] = image_keys[image] + (face_keys[one.face] if known else np.uint64(row) + OWN)
         gain = math.sqrt(sends[row] * hears[row if of_tubes else at]) * one.way / one.out
         field[at] = amplitude[one.table] * wave.field * np.float32(scale * solid[row] * wave.wide**2 * gain)
         turns[0, at] = 2.0 * math.pi * (np.rint(way / wavelength) - way / wavelength)
@@ -312,9 +322,9 @@ def _flat(
         x = y = z = 0.0
         for axis in range(3):  # how many waves more on the way, per radian, as mirrors show it
             more = normals[one.face, axis] * along + back[axis] * one.way / wavelength
-            x += turn[wave.image, axis, 0] * more
-            y += turn[wave.image, axis, 1] * more
-            z += turn[wave.image, axis, 2] * more
+            x += turn[image, axis, 0] * more
+            y += turn[image, axis, 1] * more
+            z += turn[image, axis, 2] * more
         side, high = azimuth[row], elevation[row]
         ahead, level = math.sqrt(1.0 - side * side), math.sqrt(1.0 - high * high)
         turns[1, at] = math.pi * (ahead * y - side * x) * wave.wide * width[row]

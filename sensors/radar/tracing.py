@@ -63,7 +63,7 @@ class Tracer:
             sent = [block.sent for block in blocks if block.sent is not None]
             if not any(len(each.waves) for each in sent):
                 break
-            waves, hits, row = next_waves(setting, tubes, blocks[0].met.waves, sent)
+            waves, hits, row = next_waves(setting, blocks[0].met.waves, sent)
             rows = [row[start : start + BLOCK] for start in range(0, len(row), BLOCK)]
             blocks = self._straight_back(tubes, [self._next(tubes, waves, hits, some) for some in rows])
         return [*found, *(summed(self.grid, each) for each in grouped)]
@@ -75,8 +75,12 @@ class Tracer:
         kind = seen.kind.take(met.each["wave"])
         block = _Block(met, self._summed(seen.scattered))
         if setting.bounces > 1:
-            block.sent = reflected(setting, met, np.flatnonzero(kind & LEADS))
-        self._add_coherent(tubes, block, np.arange(len(met)), np.flatnonzero(kind & MIRRORS))
+            block.sent = reflected(setting, tubes, met, np.flatnonzero(kind & LEADS))
+        mirrors = np.flatnonzero(kind & MIRRORS)
+        if len(mirrors):
+            block.fields.append(flat(setting, tubes, met, mirrors))
+        if setting.planes.any_curved:
+            block.glints += curved(setting, tubes, met)
         return block
 
     def _next(self, tubes: Tubes, waves: Waves, hits: Hits, row: np.ndarray) -> _Block:
@@ -87,7 +91,7 @@ class Tracer:
         if setting.planes.any_curved:
             block.glints += curved_again(setting, tubes, met)
         if waves.bounce < setting.bounces:
-            block.sent = reflected(setting, met, np.arange(len(met)))
+            block.sent = reflected(setting, tubes, met, np.arange(len(met)))
         return block
 
     def _straight_back(self, tubes: Tubes, blocks: list[_Block]) -> list[_Block]:
@@ -96,19 +100,16 @@ class Tracer:
         ahead = [facing(setting, block.met) for block in blocks]
         if any(len(each.row) for each in ahead):
             out, rays = (np.concatenate([getattr(each, name) for each in ahead]) for name in ("out", "rays"))
-            seen = np.split(in_sight(setting, out, rays), np.cumsum([len(each.row) for each in ahead])[:-1])
-            for block, each, sight in zip(blocks, ahead, seen, strict=True):
-                rows = each.row[sight]
-                block.parts += self._summed(rough(setting, tubes, block.met, rows))
-                self._add_coherent(tubes, block, rows, each.row[sight & each.mirrors])
+            sights = np.split(in_sight(setting, out, rays), np.cumsum([len(each.row) for each in ahead])[:-1])
+            for block, each, sight in zip(blocks, ahead, sights, strict=True):
+                met, seen = block.met, each.at(sight)
+                block.parts += self._summed(rough(setting, tubes, met, seen))
+                if setting.planes.any_curved:
+                    block.glints += curved(setting, tubes, met.at(seen.row))
+                seen = seen.at(seen.mirrors)
+                if len(seen.row):
+                    block.fields.append(flat(setting, tubes, met, seen.row, seen.back))
         return blocks
-
-    def _add_coherent(self, tubes: Tubes, block: _Block, rows: np.ndarray, mirrors: np.ndarray) -> None:
-        """Adds what the faces `rows` send straight back as curved surfaces, and some as mirrors."""
-        if len(mirrors):
-            block.fields.append(flat(self.setting, tubes, block.met, mirrors))
-        if self.setting.planes.any_curved:
-            block.glints += curved(self.setting, tubes, block.met.at(rows))
 
     def _summed(self, found: Arrivals) -> list[Part]:
         return [summed(self.grid, found)] if len(found.power) else []

@@ -122,7 +122,6 @@ class Setting:
 WAVE = np.dtype(
     [
         ("row", np.int64),
-        ("image", np.int64),
         ("direction", np.float64, 3),
         ("travelled", np.float64),
         ("field", np.complex64),
@@ -130,9 +129,8 @@ WAVE = np.dtype(
     ],
     align=True,
 )
-"""A tube before a stretch of its way. row: its number. image: number of the radar's image that it comes from.
-direction: of the stretch, in the sensor's axes. travelled: [m]. field: what the faces left of it. wide: how many tubes
-across, and up, it stands for.
+"""A tube before a stretch of its way. row: its number. direction: of the stretch, in the sensor's axes. travelled: [m].
+field: what the faces left of it. wide: how many tubes across, and up, it stands for.
 """
 
 MET = np.dtype(
@@ -154,15 +152,15 @@ ways in and straight back. cosine: of incidence. table: place in the reflection 
 
 @dataclass(slots=True)
 class Waves:
-    """Waves (k,) of `WAVE` before the face of that number, from 1 on, and the images that they come from."""
+    """Waves (k,) of `WAVE` before the face of that number, from 1 on.
+
+    image: (k,) int32, number of the radar's image among `images` that each comes from.
+    """
 
     bounce: int
     images: Images
+    image: np.ndarray
     each: np.ndarray
-
-    def at(self, rows: np.ndarray) -> Waves:
-        """Some of them."""
-        return replace(self, each=self.each.take(rows))
 
 
 @dataclass(slots=True)
@@ -194,29 +192,33 @@ class Met:
 
 @dataclass(slots=True)
 class Sent:
-    """Waves that flat faces send on: (k,) of `WAVE`, in which `image` is the number of the last image x planes + the
-    plane; rays: (k, 6) and offsets: (k, 3) float32, as those of a `RayBundle`.
+    """Waves that flat faces send on, (k,) of `WAVE`.
+
+    mirror: (k,) int64, the number of the last image x planes + the plane; rays: (k, 6), offsets: (k, 3) float32, as
+    those of a `RayBundle`.
     """
 
     waves: np.ndarray
+    mirror: np.ndarray
     rays: np.ndarray
     offsets: np.ndarray
 
 
-def next_waves(setting: Setting, tubes: Tubes, before: Waves, parts: list[Sent]) -> tuple[Waves, Hits, np.ndarray]:
+def next_waves(setting: Setting, before: Waves, parts: list[Sent]) -> tuple[Waves, Hits, np.ndarray]:
     """Waves after a reflection, what they meet, and the rows (k,) of those that meet anything; before: any of the last,
     with their images.
     """
     each = np.concatenate([sent.waves.view(np.uint8) for sent in parts]).view(WAVE)  # as bytes: records take long
-    rays, offsets = (np.concatenate([getattr(sent, name) for sent in parts]) for name in ("rays", "offsets"))
+    mirror, rays, offsets = (
+        np.concatenate([getattr(sent, name) for sent in parts]) for name in ("mirror", "rays", "offsets")
+    )
     hits = setting.cast(RayBundle(setting.pose[:3, 3], rays, offsets, setting.exclude, setting.seen))
-    planes, faces, groups = setting.planes, setting.faces, Groups(each["image"].copy())
+    planes, faces, groups = setting.planes, setting.faces, Groups(mirror)
     image, plane = np.divmod(groups.keys, faces.planes)
     speeds = setting.speeds, planes.body[plane]
     images = before.images.beyond(image, faces.normal[plane], faces.height[plane], planes.patch[plane], speeds)
-    each["image"], each["wide"] = groups.which, np.take(tubes.wide, each["row"])
     rows = np.flatnonzero(hits.distance < 2.0 * setting.reach - each["travelled"])
-    return Waves(before.bounce + 1, images, each), hits, rows
+    return Waves(before.bounce + 1, images, groups.which, each), hits, rows
 
 
 def in_sight(setting: Setting, out: np.ndarray, rays: np.ndarray) -> np.ndarray:
@@ -233,10 +235,12 @@ def meet(setting: Setting, waves: Waves, rows: np.ndarray, hits: Hits, hit: np.n
         single = np.flatnonzero((plane == NO_PLANE) & (hits.number[hit] != NOTHING))
         some = waves.each[rows[single]]
         length = hits.distance[hit[single]] + some["travelled"]
-        point = images.place[some["image"]] + some["direction"] * length[:, None]
+        point = images.place[waves.image[rows[single]]] + some["direction"] * length[:, None]
         face, faces = with_hits(setting, plane, hits, hit[single], single, point)
     met = np.empty(len(rows), MET)
-    count = _meet(faces, images.place, images.rate, waves.each, rows, face, STEPS, 2.0 * setting.reach, met)
+    count = _meet(
+        faces, images.place, images.rate, waves.image, waves.each, rows, face, STEPS, 2.0 * setting.reach, met
+    )
     return Met(waves, faces, met[:count])
 
 
@@ -284,13 +288,14 @@ def speeds_within(setting: Setting, surface: np.ndarray, hits: Hits, row: np.nda
     return found
 
 
-def reflected(setting: Setting, met: Met, rows: np.ndarray) -> Sent:
+def reflected(setting: Setting, tubes: Tubes, met: Met, rows: np.ndarray) -> Sent:
     """What flat faces send on, as far as it is not too faint; rows: (m,) of those that may."""
-    count = len(rows)
-    waves, rays, offsets = np.empty(count, WAVE), np.empty((count, 6), np.float32), np.empty((count, 3), np.float32)
-    tables = setting.reflections.amplitude, setting.curved, setting.rotation
-    count = _reflect(met.faces, met.waves.each, met.each, rows, *tables, waves, rays, offsets)
-    return Sent(waves[:count], rays[:count], offsets[:count])
+    count, waves = len(rows), met.waves
+    sent, mirror = np.empty(count, WAVE), np.empty(count, np.int64)
+    rays, offsets = np.empty((count, 6), np.float32), np.empty((count, 3), np.float32)
+    tables = tubes.wide, setting.reflections.amplitude, setting.curved, setting.rotation
+    count = _reflect(met.faces, waves.image, waves.each, met.each, rows, *tables, sent, mirror, rays, offsets)
+    return Sent(sent[:count], mirror[:count], rays[:count], offsets[:count])
 
 
 @compiled
@@ -309,6 +314,7 @@ def _meet(
     faces: Faces,
     place: np.ndarray,
     rate: np.ndarray,
+    images: np.ndarray,
     waves: np.ndarray,
     rows: np.ndarray,
     face: np.ndarray,
@@ -318,13 +324,14 @@ def _meet(
 ) -> int:
     """Writes `MET`, and counts them, of waves `rows` (k,) that meet faces (k,).
 
-    place, rate: of images; steps: places of a surface in the reflection tables; longest: way [m].
+    place, rate: of images, and images: (n,) of the waves; steps: places of a surface in the reflection tables; longest:
+    way [m].
     """
     count = 0
     for at in range(len(rows)):
-        wave, number = waves[rows[at]], face[at]
+        wave, image, number = waves[rows[at]], images[rows[at]], face[at]
         towards = wave.direction[0], wave.direction[1], wave.direction[2]
-        normal, start = _row(faces.normal, number), _row(place, wave.image)
+        normal, start = _row(faces.normal, number), _row(place, image)
         slope = _dot(normal, towards)
         cosine = np.float32(min(abs(slope), 1.0))
         if cosine <= GRAZING:
@@ -336,7 +343,7 @@ def _meet(
         out = max(math.sqrt(_dot(back, back)), 1e-9)
         back = back[0] / out, back[1] / out, back[2] / out
         body = faces.body[number]
-        speed, spin, known = _row(faces.linear, body), _row(faces.angular, body), _row(rate, wave.image)
+        speed, spin, known = _row(faces.linear, body), _row(faces.angular, body), _row(rate, image)
         there = (
             known[0] + speed[0] + spin[1] * start[2] - spin[2] * start[1],
             known[1] + speed[1] + spin[2] * start[0] - spin[0] * start[2],
@@ -354,13 +361,16 @@ def _meet(
 @compiled
 def _reflect(
     faces: Faces,
+    images: np.ndarray,
     waves: np.ndarray,
     met: np.ndarray,
     rows: np.ndarray,
+    wide: np.ndarray,
     amplitude: np.ndarray,
     curved: np.ndarray,
     rotation: np.ndarray,
     sent: np.ndarray,
+    mirror: np.ndarray,
     rays: np.ndarray,
     offsets: np.ndarray,
 ) -> int:
@@ -373,7 +383,8 @@ def _reflect(
         if left.real**2 + left.imag**2 <= FAINTEST**2 or one.face >= faces.planes or curved[one.face]:
             continue
         on = sent[count]
-        on.row, on.travelled, on.field, on.image = wave.row, one.way, left, wave.image * faces.planes + one.face
+        on.row, on.travelled, on.field, on.wide = wave.row, one.way, left, wide[wave.row]
+        mirror[count] = images[one.wave] * faces.planes + one.face
         for axis in range(3):
             on.direction[axis] = wave.direction[axis] - 2.0 * one.slope * faces.normal[one.face, axis]
         for axis in range(3):
