@@ -111,7 +111,7 @@ class MovingMeshes:
             near &= places.half > NEAR_RAD
         if near.any():
             around = places.half[near].max() > ALL_ROUND_RAD
-            index = None if around else windows(rays, (rays,), places, near).index
+            index = None if around else windows(rays, (rays,), places, near, nearest.distance).index
             gathered = np.flatnonzero(self._near.small & kept if self._near.few else near)
             self._near.cast(rays, index, gathered, anchor, poses, threads, nearest)
         return near

@@ -64,17 +64,13 @@ class MovingSurfaces:
         if not seen.any():
             return
         places = self._bounds.places(looks, poses)
-        begin = places.distance - places.radius
-        seen &= begin <= rays.reach
+        seen &= places.distance - places.radius <= rays.reach
         for at, one, now, own in states:
             if self._meshes is not None and seen[at, meshes].any():
                 seen[at, meshes] &= ~self._meshes.cast_near(
                     one, places.some(at, meshes), seen[at, meshes], kept[meshes], anchor, now, threads, own
                 )
-        found = windows(rays, looks, places, seen)
-        before = (begin[found.look, found.surface] - 1e-3).astype(np.float32)
-        ahead = nearest.distance.take(found.index) > before.take(found.pair)  # a former hit stays
-        solids, others = found.only(np.flatnonzero(ahead)).parted(self._first)
+        solids, others = windows(rays, looks, places, seen, nearest.distance).parted(self._first)
         if self._meshes is not None and len(others.index):
             self._meshes.cast(rays, others, places.some(slice(None), meshes), poses, threads, nearest)
         if self._solids is not None and len(solids.index):

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+
+from sensors.compiled import compiled
 
 from .rays import MARGIN_RAD, RayBundle
 from .windows import RayGrid, runs
@@ -49,10 +52,6 @@ class Pairs:
     index: np.ndarray
     pair: np.ndarray
 
-    def only(self, rows: np.ndarray) -> Pairs:
-        """With some of the rays (n,), ascending."""
-        return Pairs(self.surface, self.look, self.index.take(rows), self.pair.take(rows))
-
     def parted(self, surface: int) -> tuple[Pairs, Pairs]:
         """The pairs of the surfaces before one, and the others, whose surfaces count from it."""
         at = int(self.surface.searchsorted(surface))
@@ -70,60 +69,126 @@ class Bounds:
     """
 
     def __init__(self, boxes: np.ndarray, radii: np.ndarray, bodies: np.ndarray) -> None:
-        self.centres, half = boxes.mean(axis=1), (boxes[:, 1] - boxes[:, 0]) / 2
+        centres, half = boxes.mean(axis=1), (boxes[:, 1] - boxes[:, 0]) / 2
         self.radii, self.bodies = radii, bodies
-        points = np.concatenate([self.centres[:, None], self.centres[:, None] + half[:, None] * _SIGNS], axis=1)
-        self._points = np.ascontiguousarray(np.swapaxes(points, 1, 2))  # (m, 3, 9): centre and corners of each box
-        self._turned: tuple[bytes, np.ndarray, np.ndarray] | None = None
-        """The bodies' poses that were last asked for, and the points turned and their shifts by these."""
+        points = np.concatenate([centres[:, None], centres[:, None] + half[:, None] * _SIGNS], axis=1)
+        self._points = points  # (m, 9, 3): centre and corners of each box
 
     def places(self, looks: Sequence[RayBundle], poses: np.ndarray) -> Places:
         """Where p bundles see them, with the bodies at `poses` (p or 1, b, 4, 4) float64 [m]."""
-        key = poses.tobytes()
-        if self._turned is None or self._turned[0] != key:
-            own = poses[:, self.bodies]
-            self._turned = key, own[..., :3, :3] @ self._points, own[..., :3, 3]
-        _, turned, moved = self._turned
-        points = turned + (moved - np.array([look.origin for look in looks])[:, None])[..., None]
-        towards = points[..., 0]
-        lengths = np.maximum(np.sqrt((points * points).sum(axis=-2)), 1e-12)
-        distance = lengths[..., 0]
-        spread = np.array([[look.spread()] for look in looks])
-        radius = self.radii + spread
-        half = np.arcsin(np.minimum(radius / distance, 1.0))
-        half[distance <= radius * 1.001] = np.pi
-        if not spread.any():  # any cone of less than a right angle that holds a box's corners holds the box
-            along = (points[..., 1:] * towards[..., None]).sum(axis=-2) / lengths[..., 1:]
-            cosine = along.min(axis=-1) / distance
-            corners = np.arccos(np.minimum(np.maximum(cosine, -1.0), 1.0))
-            half = np.where(cosine > 1e-3, np.minimum(half, corners), half)
-        return Places(towards, distance, radius, half + [[MARGIN_RAD + look.swing] for look in looks])
+        shape = len(looks), len(self.radii)
+        origins, spread = np.array([look.origin for look in looks]), np.array([look.spread() for look in looks])
+        margin = np.array([MARGIN_RAD + look.swing for look in looks])
+        radius = self.radii + spread[:, None]
+        found = Places(np.empty((*shape, 3)), np.empty(shape), radius, np.empty(shape))
+        _place(
+            *(self._points, self.bodies, poses, origins, spread, margin),
+            *(found.towards, found.distance, found.radius, found.half),
+        )
+        return found
 
 
-def windows(rays: RayBundle, looks: Sequence[RayBundle], places: Places, seen: np.ndarray) -> Pairs:
+@compiled
+def _place(
+    points: np.ndarray,
+    bodies: np.ndarray,
+    poses: np.ndarray,
+    origins: np.ndarray,
+    spread: np.ndarray,
+    margin: np.ndarray,
+    towards: np.ndarray,
+    distance: np.ndarray,
+    radius: np.ndarray,
+    half: np.ndarray,
+) -> None:
+    """Fills `towards`, `distance` and `half` of `Places`; points: (m, 9, 3), the centre and corners of each box."""
+    for look in range(len(origins)):
+        state = min(look, len(poses) - 1)
+        for surface in range(len(bodies)):
+            body, cosine = bodies[surface], 1.0
+            for point in range(9):
+                x, y, z = points[surface, point, 0], points[surface, point, 1], points[surface, point, 2]
+                square = along = 0.0
+                for axis in range(3):
+                    turned = (
+                        poses[state, body, axis, 0] * x
+                        + poses[state, body, axis, 1] * y
+                        + poses[state, body, axis, 2] * z
+                    )
+                    at = turned + (poses[state, body, axis, 3] - origins[look, axis])
+                    if point == 0:
+                        towards[look, surface, axis] = at
+                    square += at * at
+                    along += at * towards[look, surface, axis]
+                length = max(math.sqrt(square), 1e-12)
+                if point == 0:
+                    distance[look, surface] = away = length
+                else:
+                    cosine = min(cosine, along / (length * away))
+            wide = np.pi
+            if away > radius[look, surface] * 1.001:
+                wide = math.asin(radius[look, surface] / away)
+            if spread[look] == 0 and cosine > 1e-3:
+                # Any cone of less than a right angle that holds a box's corners holds the box.
+                wide = min(wide, math.acos(min(cosine, 1.0)))
+            half[look, surface] = wide + margin[look]
+
+
+def windows(
+    rays: RayBundle, looks: Sequence[RayBundle], places: Places, seen: np.ndarray, distance: np.ndarray
+) -> Pairs:
     """The rays that may lie in the cones of the surfaces seen (p, m) bool, and some more.
 
-    looks: the p bundles that make up `rays`.
+    looks: the p bundles that make up `rays`. distance: (n,) float32 [m] of former hits; rays that end before they reach
+    the sphere of a surface are left out.
     """
     sizes = np.array([len(look.table) for look in looks])
     starts = sizes.cumsum() - sizes
-    grid, axes = looks[0].grid, places.towards
-    if grid is None:
-        surface, look = np.nonzero(seen.T)
-        if sizes[look].sum() <= ALL_PAIRS:
-            return Pairs(surface, look, runs(starts[look], sizes[look]), np.arange(len(look)).repeat(sizes[look]))
-        grid, span, shift = RayGrid(rays.table[:, 3:6], starts.tolist()), np.arange(len(looks)), 0 * starts
+    surface, look = np.nonzero(seen.T)
+    first, grid, span = starts, looks[0].grid, np.array([one.span for one in looks])
+    if grid is None and sizes[look].sum() <= ALL_PAIRS:
+        index, counts = runs(starts[look], sizes[look]), sizes[look]
     else:
-        span, shift = np.array([one.span for one in looks]), starts - [one.first for one in looks]
-        axes = axes @ np.array([one.grid.rotation for one in looks if one.grid is not None])
-    along = (axes * grid.middles[span, None]).sum(axis=-1) / places.distance
-    between = np.arccos(np.minimum(np.maximum(along, -1.0), 1.0))
-    surface, look = np.nonzero((seen & (between <= places.half + (grid.angles[span, None] + MARGIN_RAD))).T)
-    index, counts = grid.near_local(axes[look, surface], places.half[look, surface], span[look])
-    found = Pairs(surface, look, index, np.arange(len(look)).repeat(counts))
-    if shift.any():
-        index += shift[look].take(found.pair)
-    if (sizes < grid.sizes[span]).any():
-        first = starts[look].take(found.pair)
-        found = found.only(np.flatnonzero((index >= first) & (index < first + sizes[look].take(found.pair))))
-    return found
+        axes = places.towards
+        if grid is None:
+            grid, span = RayGrid(rays.table[:, 3:6], starts.tolist()), np.arange(len(looks))
+        else:
+            axes = axes @ np.array([one.grid.rotation for one in looks if one.grid is not None])
+            first = np.array([one.first for one in looks])
+        index, counts = grid.near_local(axes[look, surface], places.half[look, surface], span[look])
+    before = (places.distance - places.radius)[look, surface] - 1e-3
+    index, pair, kept = _in_front(
+        *(index, counts, (starts - first)[look], starts[look], sizes[look]),
+        *(before.astype(np.float32), distance),
+    )
+    return Pairs(surface[kept], look[kept], index, pair)
+
+
+@compiled
+def _in_front(
+    index: np.ndarray,
+    counts: np.ndarray,
+    shift: np.ndarray,
+    first: np.ndarray,
+    size: np.ndarray,
+    before: np.ndarray,
+    distance: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(ray (r,), cone (r,), kept (k,)): the rays of k cones that have any, and which they are of all.
+
+    index: of the rays, cone after cone, `counts` of each, moved by its `shift`; those from `first` on, `size` of them,
+    belong to it. distance: (n,) of the rays' hits, which are not farther than `before` for what is hidden.
+    """
+    rays, cones, kept = np.empty(len(index), np.intp), np.empty(len(index), np.intp), np.empty(len(counts), np.intp)
+    end = total = number = 0
+    for cone in range(len(counts)):
+        begin, end, former = end, end + counts[cone], total
+        for at in range(begin, end):
+            ray = index[at] + shift[cone]
+            if first[cone] <= ray < first[cone] + size[cone] and distance[ray] > before[cone]:
+                rays[total], cones[total] = ray, number
+                total += 1
+        if total > former:
+            kept[number] = cone
+            number += 1
+    return rays[:total], cones[:total], kept[:number]

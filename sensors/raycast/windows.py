@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
+
+from sensors.compiled import compiled
 
 COLUMNS = 720
 """Cells of a band; fewer from `FULL_SPANS` spans on, so that the table of cells does not grow further."""
@@ -50,10 +53,9 @@ class RayGrid:
         # By columns: sine and cosine of a band's middle, half its height [rad].
         self._bands = np.stack([np.sin(middle), np.maximum(np.cos(middle), 1e-12), (self._high - self._low) / 2])
         self._columns = columns = max(FULL_SPANS * COLUMNS // max(FULL_SPANS, len(starts)), 1)
-        self._per_radian = columns / (2 * np.pi)
         rows = count * len(starts)
         row = band + count * np.arange(len(starts)).repeat(self.sizes)
-        column = np.clip(_cell(np.arctan2(y, x) * self._per_radian) + columns // 2, 0, columns - 1)
+        column = np.clip(_cell(np.arctan2(y, x) * (columns / (2 * np.pi))) + columns // 2, 0, columns - 1)
         order = np.lexsort((column, row))
         begins = np.searchsorted(row[order], np.arange(rows + 1))
         # Each row is stored twice, so that a window across the seam is one run as well.
@@ -81,28 +83,58 @@ class RayGrid:
 
     def near_local(self, axes: np.ndarray, half: np.ndarray, span: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The same, with the axes in the grid's own frame, and a span (m,) for each cone."""
-        x, y, z = axes.T
-        level = np.hypot(x, y)
-        elevation, azimuth, length = np.arctan2(z, level), np.arctan2(y, x), np.maximum(np.hypot(level, z), 1e-300)
-        wide = half + MARGIN
-        first = self._high.searchsorted(elevation - wide)
-        bands = np.maximum(self._low.searchsorted(elevation + wide, side="right") - first, 0)
-        cones = np.array([z / length, np.maximum(level / length, 1e-12), wide, azimuth * self._per_radian])
-        sine, cosine, wide, centre = cones.repeat(bands, axis=1)
-        row = runs(first + span * self._count, bands)
-        band = row - (span * self._count).repeat(bands)
-        band_sine, band_cosine, reach = self._bands.take(band, axis=1)
-        # Half the azimuth of a cone in a band, by the spherical law of cosines.
-        within = np.cos(np.minimum(wide + reach, np.pi)) - sine * band_sine - ROUNDING
-        width = np.arccos((within / (cosine * band_cosine)).clip(-1.0, 1.0)) * self._per_radian
-        width += MARGIN * self._per_radian
-        low = _cell(centre - width)
-        inside = np.minimum(_cell(centre + width) - low, self._columns - 1)
-        low = (low + self._columns // 2) % self._columns + row * (2 * self._columns + 1)
-        start = self._start.take(low)
-        rays = self._start.take(low + inside + 1) - start
-        counts = np.bincount(np.arange(len(axes)).repeat(bands), rays, len(axes)).astype(np.intp)
-        return self._index.take(runs(start, rays)), counts
+        return _in_cones(
+            *(axes, half, span, self.middles, self.angles, self._low, self._high, self._bands),
+            *(self._columns, self._index, self._start),
+        )
+
+
+@compiled
+def _in_cones(
+    axes: np.ndarray,
+    half: np.ndarray,
+    span: np.ndarray,
+    middles: np.ndarray,
+    angles: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+    bands: np.ndarray,
+    columns: int,
+    order: np.ndarray,
+    start: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """See `RayGrid.near_local`; low, high: (b,) [rad] the elevations of each band."""
+    found, counts = np.empty(64 * len(axes) + 64, np.intp), np.zeros(len(axes), np.intp)
+    per_radian, total = columns / (2 * np.pi), 0
+    for cone in range(len(axes)):
+        x, y, z, group, wide = axes[cone, 0], axes[cone, 1], axes[cone, 2], span[cone], half[cone] + MARGIN
+        level = math.hypot(x, y)
+        length = max(math.hypot(level, z), 1e-300)
+        along = (x * middles[group, 0] + y * middles[group, 1] + z * middles[group, 2]) / length
+        if math.acos(min(max(along, -1.0), 1.0)) > wide + angles[group]:
+            continue
+        elevation, centre = math.atan2(z, level), math.atan2(y, x) * per_radian
+        sine, cosine = z / length, max(level / length, 1e-12)
+        for band in range(len(low)):
+            if high[band] < elevation - wide or low[band] > elevation + wide:
+                continue
+            # Half the azimuth of a cone in a band, by the spherical law of cosines.
+            within = math.cos(min(wide + bands[2, band], np.pi)) - sine * bands[0, band] - ROUNDING
+            share = min(max(within / (cosine * bands[1, band]), -1.0), 1.0)
+            width = (math.acos(share) + MARGIN) * per_radian
+            first = math.floor(centre - width)
+            cells = min(math.floor(centre + width) - first, columns - 1)
+            cell = (first + columns // 2) % columns + (group * len(low) + band) * (2 * columns + 1)
+            begin, end = start[cell], start[cell + cells + 1]
+            if total + end - begin > len(found):
+                grown = np.empty(2 * (total + end - begin), np.intp)
+                grown[:total] = found[:total]
+                found = grown
+            for at in range(begin, end):
+                found[total] = order[at]
+                total += 1
+            counts[cone] += end - begin
+    return found[:total], counts
 
 
 def _cone(directions: np.ndarray) -> tuple[np.ndarray, float]:
