@@ -176,18 +176,16 @@ class Returns:
         found = np.zeros((len(self._index), 3), np.float32)
         if self._measure is None or not len(found):
             return found
-        levers, begin, every = cache(self._levers), self._rows.start, np.arange(len(found))
+        levers, begin = cache(self._levers), self._rows.start
         for look in self._shot.looks:
-            inside = (self._index >= look.rows.start - begin) & (self._index < look.rows.stop - begin)
-            self._add_velocities(found, every[inside], levers, look.poses)
+            low, high = self._index.searchsorted((look.rows.start - begin, look.rows.stop - begin))
+            self._add_velocities(found, slice(low, high), levers, look.poses)
         if self._invalid is not None:
             found[self._invalid] = 0.0
         return found
 
-    def _add_velocities(
-        self, found: np.ndarray, rows: np.ndarray, levers: Callable[[], np.ndarray], poses: Any
-    ) -> None:
-        """Writes the velocities of the returns `rows` (r,), seen in one state."""
+    def _add_velocities(self, found: np.ndarray, rows: slice, levers: Callable[[], np.ndarray], poses: Any) -> None:
+        """Writes the velocities of the returns `rows`, seen in one state."""
         assert self._measure is not None
         aim, index = self._aim, self._index[rows]
         measured = self._measure(
@@ -195,7 +193,7 @@ class Returns:
         )
         if measured is not None:
             moving, world = measured
-            found[rows[moving]] = self._output.vectors(world, aim, index[moving])
+            found[rows][moving] = self._output.vectors(world, aim, index[moving])
 
     def _levers(self) -> np.ndarray:
         """Vectors from the sensor's position to the hit points, (3, k) float32 [m], world axes."""

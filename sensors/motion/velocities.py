@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from sensors.compiled import compiled
 from sensors.raycast.shared import cast_world, present_app
 
 if TYPE_CHECKING:
@@ -24,8 +25,10 @@ class Velocities(Protocol):
         origin: np.ndarray,
         poses: Any,
         own: Callable[[], np.ndarray | None] | None = None,
-    ) -> tuple[np.ndarray, np.ndarray] | None:
-        """The rows that move (m,) and their velocities (m, 3) float32 [m/s] along world axes; None if nothing moves.
+    ) -> tuple[np.ndarray | slice, np.ndarray] | None:
+        """The rows that move (m,), or all as a slice, and their velocities (m, 3) float32 [m/s] along world axes.
+
+        None if nothing moves.
 
         surfaces: (k,) that were hit. levers: gives the levers (3, k) float32 [m, world axes] from an origin to the hit
         points. origin: (3,) float64 [m, world]. poses: a state. own: gives the sensor's velocities, (6, k) float32
@@ -47,7 +50,7 @@ def surface_velocities(app: App, sensor_path: str, in_world: bool) -> Velocities
         origin: np.ndarray,
         poses: Any,
         own: Callable[[], np.ndarray | None] | None = None,
-    ) -> tuple[np.ndarray, np.ndarray] | None:
+    ) -> tuple[np.ndarray | slice, np.ndarray] | None:
         app = present_app(weak)
         world = cast_world(app)
         poses = poses or app.fabric.capture()
@@ -56,17 +59,13 @@ def surface_velocities(app: App, sensor_path: str, in_world: bool) -> Velocities
         carrier = None if in_world else _carrier(app, sensor_path)
         if carrier is None and not len(moving):
             return None
-        lever = levers()
-        found = np.zeros((3, len(moving)), np.float32)
-        if len(moving):
-            twists = twists_at(app, world.bodies, origin, poses)
-            found = _at([np.take(column, body[moving]) for column in twists], np.take(lever, moving, axis=1))
+        twists = twists_at(app, world.bodies, origin, poses) if len(moving) else _AT_REST
         if carrier is None:
-            return moving, found.T
+            return moving, _velocities(moving, body, levers(), twists, _AT_REST)
         twist = None if own is None else own()
-        relative = -_at(list(twists_at(app, (carrier,), origin, poses)[:, 0] if twist is None else twist), lever)
-        relative[:, moving] += found
-        return np.arange(len(surfaces)), relative.T
+        if twist is None:
+            twist = twists_at(app, (carrier,), origin, poses)
+        return slice(None), _velocities(np.arange(len(surfaces)), body, levers(), twists, twist)
 
     return measure
 
@@ -82,16 +81,29 @@ def twists_at(app: App, bodies: tuple[str, ...], place: np.ndarray, poses: Any) 
     return np.ascontiguousarray(twists.T, np.float32)
 
 
-def _at(twist: Sequence[np.ndarray], lever: np.ndarray) -> np.ndarray:
-    """v + w x r: (3, n) float32 of six numbers or columns, and levers (3, n)."""
-    out = np.empty(lever.shape, np.float32)
-    for axis in range(3):
-        i, j = (axis + 1) % 3, (axis + 2) % 3
-        column = out[axis]
-        np.multiply(lever[j], twist[3 + i], out=column)
-        column -= lever[i] * twist[3 + j]
-        column += twist[axis]
-    return out
+_AT_REST = np.zeros((6, 1), np.float32)
+
+
+@compiled
+def _velocities(
+    rows: np.ndarray, body: np.ndarray, levers: np.ndarray, twists: np.ndarray, own: np.ndarray
+) -> np.ndarray:
+    """(m, 3) v + w x r of points `rows` (m,) on bodies (k,), -1 for what stands, less that of the sensor.
+
+    levers: (3, k); twists: (6, b) of the bodies; own: (6, k or 1) of the sensor.
+    """
+    found = np.empty((len(rows), 3), np.float32)
+    for at in range(len(rows)):
+        row, carrier = rows[at], body[rows[at]]
+        ray = min(row, own.shape[1] - 1)
+        for axis in range(3):
+            i, j = (axis + 1) % 3, (axis + 2) % 3
+            up, across = levers[j, row], levers[i, row]
+            speed = np.float32(0)
+            if carrier >= 0:
+                speed = up * twists[3 + i, carrier] - across * twists[3 + j, carrier] + twists[axis, carrier]
+            found[at, axis] = speed - (up * own[3 + i, ray] - across * own[3 + j, ray] + own[axis, ray])
+    return found
 
 
 def _carrier(app: App, path: str) -> str | None:
