@@ -233,6 +233,16 @@ def _frustum_normal(x: float, y: float, z: float, low: float, high: float) -> Ve
 
 
 @compiled
+def _out_of_frame(inverse: np.ndarray, solid: int, x: float, y: float, z: float) -> Vector:
+    """A normal along world axes: the transpose of the inverse turns it."""
+    return (
+        inverse[solid, 0, 0] * x + inverse[solid, 1, 0] * y + inverse[solid, 2, 0] * z,
+        inverse[solid, 0, 1] * x + inverse[solid, 1, 1] * y + inverse[solid, 2, 1] * z,
+        inverse[solid, 0, 2] * x + inverse[solid, 1, 2] * y + inverse[solid, 2, 2] * z,
+    )
+
+
+@compiled
 def _normals(
     index: np.ndarray,
     owner: np.ndarray,
@@ -245,7 +255,7 @@ def _normals(
     lengths: np.ndarray,
 ) -> np.ndarray:
     """See `PlacedForms.normals`."""
-    found, out = np.zeros((len(index), 3), np.float32), inverse.transpose(0, 2, 1)
+    found = np.zeros((len(index), 3), np.float32)
     for pair in range(len(index)):
         solid, t = owner[pair], lengths[pair]
         if not t < np.inf:
@@ -261,7 +271,7 @@ def _normals(
             x, y, z = _frustum_normal(x, y, z, low, high)
         elif kind == CAPSULE:
             z -= min(max(z, low), high)
-        x, y, z = _turned(out, solid, x, y, z)
+        x, y, z = _out_of_frame(inverse, solid, x, y, z)
         away = math.sqrt(x * x + y * y + z * z)
         found[pair, 0], found[pair, 1], found[pair, 2] = x / away, y / away, z / away
     return found

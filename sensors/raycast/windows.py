@@ -128,7 +128,8 @@ def _in_cones(
             begin, end = start[cell], start[cell + cells + 1]
             if total + end - begin > len(found):
                 grown = np.empty(2 * (total + end - begin), np.intp)
-                grown[:total] = found[:total]
+                for at in range(total):
+                    grown[at] = found[at]
                 found = grown
             for at in range(begin, end):
                 found[total] = order[at]
