@@ -5,13 +5,15 @@ in the user's cache folder: a machine compiles once, in tenths of a second a fun
 that is written, by one thread, so the bytes are the same in every run.
 
 Numba keeps the code until the function's *file* changes. So a compiled function uses nothing of another file: constants
-and compiled functions that it names stand beside it, everything else is an argument.
+and compiled functions that it names stand beside it, everything else is an argument. A loop over elements compiles in
+0.05 to 0.1 s; `np.zeros` takes 0.2 s, an assignment to a slice 1.7 s, `transpose` with axes 2.1 s: they stay outside.
 """
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
-from functools import cached_property, update_wrapper
+from functools import cache, cached_property, update_wrapper
 from types import FunctionType
 from typing import Any, Generic, ParamSpec, TypeVar, cast
 
@@ -57,7 +59,26 @@ class Compiled(Generic[P, R]):
         used = {name: names[name].code for name in function.__code__.co_names if isinstance(names.get(name), Compiled)}
         plain = FunctionType(function.__code__, {**names, **used}, function.__name__, function.__defaults__)
         update_wrapper(plain, function)
+        _tell_of_compiling()
         return cast(Callable[..., Any], njit(plain, cache=keep, error_model="numpy"))
+
+
+@cache
+def _tell_of_compiling() -> None:
+    """From now on, says at a terminal why the first frame takes seconds, if it does."""
+    from numba.core import event
+
+    class Compiling(event.Listener):  # type: ignore[misc]
+        def on_start(self, event: Any) -> None:
+            print("compiling the sensors' loops: a few seconds, once on this machine", file=sys.stderr)
+            unregister("numba:compile", self)
+
+        def on_end(self, event: Any) -> None:
+            pass
+
+    unregister = event.unregister
+    if sys.stderr.isatty():
+        event.register("numba:compile", Compiling())
 
 
 def compiled(function: Callable[P, R]) -> Compiled[P, R]:
