@@ -16,6 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sensors.compiled import compiled
+
 MOST_PAIRS = 2_000_000
 """Pairs of cells that are looked at together."""
 
@@ -59,6 +61,52 @@ def detect(power: np.ndarray, axes: Sequence[Axis], *, factor: float, least: flo
     """Which cells are detected, bool of the shape of `power`: above factor x noise level and not below `least`."""
     answer: np.ndarray = (power > factor * noise_level(power, axes)) & (power >= least)
     return answer
+
+
+def noise_level_at(power: np.ndarray, cells: np.ndarray, axes: Sequence[Axis]) -> np.ndarray:
+    """`noise_level` at some cells (k, 2) of an array of two axes, (k,)."""
+    first, second = axes
+    level = np.empty(len(cells))
+    outer, inner = ((first.guard + more * first.training, second.guard + more * second.training) for more in (1, 0))
+    _levels(power, cells, outer, inner, (first.wraps, second.wraps), level)
+    return level
+
+
+@compiled
+def _span(at: int, half: int, length: int, wraps: bool) -> tuple[int, int]:
+    """The first cell and the number of those within `half` of one; cells beyond the end begin at 0."""
+    if not wraps:
+        first = max(at - half, 0)
+        return first, min(at + half + 1, length) - first
+    return (0, length) if 2 * half + 1 >= length else ((at - half) % length, 2 * half + 1)
+
+
+@compiled
+def _box(power: np.ndarray, at: tuple[int, int], half: tuple[int, int], wraps: tuple[bool, bool]) -> tuple[float, int]:
+    """Sum over the box of a cell, and how many cells it has."""
+    rows, columns = power.shape
+    (top, tall), (left, wide) = _span(at[0], half[0], rows, wraps[0]), _span(at[1], half[1], columns, wraps[1])
+    total = 0.0
+    for row in range(top, top + tall):
+        for column in range(left, left + wide):
+            total += power[row if row < rows else row - rows, column if column < columns else column - columns]
+    return total, tall * wide
+
+
+@compiled
+def _levels(
+    power: np.ndarray,
+    cells: np.ndarray,
+    outer: tuple[int, int],
+    inner: tuple[int, int],
+    wraps: tuple[bool, bool],
+    level: np.ndarray,
+) -> None:
+    """Writes the mean power of the training cells of some cells (k, 2): those in the outer, not in the inner box."""
+    for number in range(len(cells)):
+        at = cells[number, 0], cells[number, 1]
+        (total, count), (own, guards) = _box(power, at, outer, wraps), _box(power, at, inner, wraps)
+        level[number] = max(total - own, 0.0) / max(count - guards, 1)
 
 
 def _boxes(values: np.ndarray, halves: Sequence[int], axes: Sequence[Axis]) -> np.ndarray:

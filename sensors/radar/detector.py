@@ -7,8 +7,10 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from sensors.compiled import compiled
+
 from .antenna import Antenna
-from .cfar import Axis, detect, sparse_noise_level
+from .cfar import Axis, detect, noise_level_at, sparse_noise_level
 from .config import ScanConfig
 from .cube import Cube, Grid, as_arrays_give
 from .noise import Noise
@@ -93,15 +95,17 @@ def _of_map(cube: Cube, scan: ScanConfig, noise: Noise, peaks: bool) -> Cube:
     added = noise.power("cells", shape[:2], scan.cfar_noise_mean, scan.cfar_noise_sdev)
     power = range_velocity(cube, added)
     axes = (Axis(scan.cfar_rn_t, scan.cfar_rn_g), Axis(scan.cfar_vn_t, scan.cfar_vn_g, wraps=True))
-    found = detect(power, axes, factor=scan.cfar_offset, least=scan.cfar_min_val)
+    cube = as_arrays_give(cube)
+    strongest = _strongest(cube.cell // (shape[2] * shape[3]), cube.power)
+    at = tuple(axis[strongest] for axis in cube.index[:2])
+    if added is None:  # without power nothing is detected
+        found, level = np.zeros(power.shape, bool), noise_level_at(power, np.stack(at, axis=1), axes)
+        found[at] = (power[at] > scan.cfar_offset * level) & (power[at] >= scan.cfar_min_val)
+    else:
+        found = detect(power, axes, factor=scan.cfar_offset, least=scan.cfar_min_val)
     if peaks:
         found &= _is_peak(power, (0, False), (1, True))
-    cube = as_arrays_give(cube)
-    pair = cube.cell // (shape[2] * shape[3])
-    order = np.lexsort((-cube.power, pair))
-    first = order[np.flatnonzero(np.diff(pair[order], prepend=-1))]
-    at = tuple(axis[first] for axis in cube.index[:2])
-    cells = (_some if any(cube.grid.arrays) else _whole)(cube, first[found[at]])
+    cells = (_some if any(cube.grid.arrays) else _whole)(cube, strongest[found[at]])
     if added is None:
         return cells
     found[at] = False
@@ -109,6 +113,20 @@ def _of_map(cube: Cube, scan: ScanConfig, noise: Noise, peaks: bool) -> Cube:
     angle = noise.uniform("angles", len(pair_of_noise[0])) * shape[2] * shape[3]
     angles = np.divmod(np.minimum(angle.astype(np.int64), shape[2] * shape[3] - 1), shape[3])
     return _with_alarms(cells, cube.grid.number((*pair_of_noise, *angles)), power[pair_of_noise])
+
+
+@compiled
+def _strongest(pair: np.ndarray, power: np.ndarray) -> np.ndarray:
+    """The row of the most power of each pair (k,), which rise; of equal powers the first."""
+    rows = np.empty(len(pair), np.int64)
+    count = 0
+    for row in range(len(pair)):
+        if row == 0 or pair[row] != pair[row - 1]:
+            rows[count] = row
+            count += 1
+        elif power[row] > power[rows[count - 1]]:
+            rows[count - 1] = row
+    return rows[:count]
 
 
 def _whole(cube: Cube, rows: np.ndarray) -> Cube:

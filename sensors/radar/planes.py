@@ -96,12 +96,11 @@ class WorldPlanes:
             turned = np.einsum("pia,pij,pja->pa", axes, self.spread[rows], axes) / (2.0 * SPREAD)
             wide = np.where(turned > STRAIGHT**2, np.minimum(wide, np.sqrt(np.maximum(wide * turned, 0))), wide)
             found[rows] = self.spread[rows] + np.einsum("pia,pa,pja->pij", axes, wide, axes)
-            self._lobes[wavelength] = found
             flat = turned <= STRAIGHT**2
             bare = flat & ~flat[:, ::-1]
             along = np.zeros((len(self.curved), 2))
             along[rows] = np.einsum("pia,pa->pi", axes, bare / np.sqrt(2.0 * np.pi * wide))
-            self._straight[wavelength] = along
+            self._straight[wavelength], self._lobes[wavelength] = along, found
         return self._lobes[wavelength]
 
     def straight(self, wavelength: float) -> np.ndarray:

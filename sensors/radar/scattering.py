@@ -90,9 +90,10 @@ class Facing:
     rays: np.ndarray
     back: np.ndarray
 
-    def at(self, rows: np.ndarray) -> Facing:
-        """Some of them."""
-        return Facing(*(getattr(self, each.name)[rows] for each in fields(self)))
+    def at(self, seen: np.ndarray) -> Facing:
+        """Some of them; seen: (m,) bool."""
+        rows = np.flatnonzero(seen)
+        return Facing(*(getattr(self, each.name).take(rows, axis=0) for each in fields(self)))
 
 
 def facing(setting: Setting, met: Met) -> Facing:
