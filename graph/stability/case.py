@@ -47,7 +47,7 @@ class Case:
             return Outcome(self, f"{type(error).__name__}: {' '.join(str(error).split())}{where}", False, math.inf)
         if isinstance(found, str):
             ok = isinstance(self.bound, str) and self.bound in found and "\n" not in found
-            return Outcome(self, "told" if ok else f"{found or 'taken without a word'}{where}", ok, 0.0)
+            return Outcome(self, "reported" if ok else f"{found or 'taken without a word'}{where}", ok, 0.0)
         ok = not isinstance(self.bound, str) and found <= self.bound
         at = where if len(self.over) > 1 and found else ""
         return Outcome(self, f"{shown(found, self.unit)}{at}", ok, math.inf if math.isnan(found) else found)

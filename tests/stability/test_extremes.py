@@ -64,7 +64,7 @@ def test_json_and_markdown_hold_the_same_cells(capsys):
     assert table == [
         "| of | case | bound | measured | because |",
         "|---|---|---|---|---|",
-        '| bodies | a quaternion of zeros | "is not a rotation" | told | it has no direction |',
+        '| bodies | a quaternion of zeros | "is not a rotation" | reported | it has no direction |',
     ]
     cells = " | ".join(found[key] for key in ("area", "case", "bound", "measured", "why"))
     assert table[2] == f"| {cells} |"
