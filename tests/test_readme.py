@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import pytest
+from ruamel.yaml import YAML
 
 from graph.base.limits import LIMITS
 from graph.cli.main import COMMANDS, main
@@ -49,6 +50,12 @@ def test_the_graph_file_checks_and_runs(tmp_path):
     file.write_text(GRAPH)
     assert main(["check", str(file)]) == 0
     assert main(["run", str(file), "--updates", "30", "--strict"]) == 0
+
+
+def test_the_graph_file_is_what_graph_new_sensors_writes(tmp_path):
+    assert main(["new", "sensors", str(tmp_path / "first.yaml")]) == 0
+    read = YAML(typ="safe").load
+    assert read(tmp_path / "first.yaml") == read(GRAPH)
 
 
 def test_the_test_file_passes(tmp_path, capsys):

@@ -11,6 +11,7 @@ from graph.base.errors import UserError
 from .printing import say
 
 KINDS = {
+    "sensors": "a lidar, a radar and a camera before a falling ball, with TF",
     "lidar": "a wall, a falling ball and a lidar that publishes point clouds",
     "diffdrive": "a robot with two driven wheels that follows /cmd_vel and publishes odometry and TF",
 }

@@ -18,7 +18,7 @@ def test_a_new_file_is_valid_and_runs(kind, graph, folder):
     assert "FILE" not in (folder / "start.yaml").read_text()
     checked = graph("check", "start.yaml")
     assert (checked.code, checked.err) == (0, "")
-    ran = graph("run", "start.yaml", "--updates", 30, "--strict" if kind == "lidar" else "--json")
+    ran = graph("run", "start.yaml", "--updates", 30, "--json" if kind == "diffdrive" else "--strict")
     assert (ran.code, ran.err) == (0, "")
 
 
