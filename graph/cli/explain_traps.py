@@ -59,11 +59,13 @@ def _unset_inputs(nodes: Iterable[Node]) -> Iterator[Trap]:
             continue
         for group in node.empty_needs():
             if not any(node.connected(name) for name in group):
+                value = node.get(group[0])
+                lacking = f"with {value:g}" if isinstance(value, int | float) else "without it"
                 others = f" (or {' or '.join(group[1:])})" if len(group) > 1 else ""
                 yield (
                     "input-not-set",
                     f"{node.path}.inputs:{group[0]}",
-                    f"{node.type.short_name} cannot work without it{others}; give it a value or connect it",
+                    f"{node.type.short_name} cannot work {lacking}{others}; give it a value or connect it",
                 )
 
 

@@ -126,6 +126,16 @@ def test_inputs_that_a_type_cannot_do_without_are_reported(warnings):
     assert warnings(nodes=nodes.replace("jointNames: [a]", "robotPath: /World/Wall"), wires=wires) == {}
 
 
+def test_a_length_of_0_is_reported_as_it_is(warnings):
+    nodes = "wheels: {type: DifferentialController, inputs: {wheelRadius: 0, wheelDistance: 1}}"
+    assert warnings(nodes=nodes, wires="- tick.tick -> wheels.execIn") == {
+        (
+            "input-not-set",
+            "/World/Graph/wheels.inputs:wheelRadius",
+        ): "DifferentialController cannot work with 0; give it a value or connect it"
+    }
+
+
 def test_a_lidar_that_ticks_faster_than_it_turns_is_reported(warnings):
     told = warnings(more=', attributes: {"omni:sensor:tickRate": 20}')
     assert set(told) == {("lidar-partial-scan", "/World/Lidar")}
