@@ -3,10 +3,18 @@
 from __future__ import annotations
 
 import argparse
+import os
 from pathlib import Path
 
 from graph.base.errors import UserError
 from graph.base.limits import LIMITS, checked
+
+
+def check_folder(folder: Path) -> None:
+    """Raises UserError for a folder of `--out` that cannot be written, before there is anything to write."""
+    place = next((one for one in (folder, *folder.absolute().parents) if one.exists()), folder)
+    if not place.is_dir() or not os.access(place, os.W_OK):
+        raise UserError(f"--out {folder}: {place} is not a folder that can be written; name another")
 
 
 def add_allow(parser: argparse.ArgumentParser) -> None:

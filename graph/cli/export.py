@@ -7,6 +7,7 @@ from pathlib import Path
 
 from graph.base.errors import RunError
 
+from .arguments import check_folder
 from .printing import say, tell
 from .progress import reading
 
@@ -41,6 +42,7 @@ def run(args: argparse.Namespace) -> int:
     from graph.export.exporting import export
     from graph.sim.messages.run_reader import open_run
 
+    check_folder(args.out)
     with open_run(args.run, whole=False) as recording:
         for note in recording.notes:
             tell(note)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import functools
 import math
-import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -21,6 +20,7 @@ from .arguments import (
     add_overrides,
     add_play,
     add_skip_outside,
+    check_folder,
     fidelity_of,
     limits_of,
     overrides_of,
@@ -148,7 +148,7 @@ def _study(args: argparse.Namespace) -> Study:
     if args.write and not args.budget:
         problems.append(Problem("--write writes the cheapest setting within a budget; give --budget METRIC=VALUE"))
     if args.out:
-        _collected(problems, lambda: _check_folder(args.out))
+        _collected(problems, lambda: check_folder(args.out))
     if args.write and args.file is not None and args.file.is_file():
         _collected(problems, lambda: check_writable(args.file))
     if problems or scene is None or length is None:
@@ -225,13 +225,6 @@ def _duration(text: str) -> Any:
     except ValueError as error:
         raise UserError(f"--duration {text}: {error}") from None
     return length
-
-
-def _check_folder(folder: Path) -> None:
-    """Raises UserError, before anything is measured, for a folder that cannot be written."""
-    place = next((one for one in (folder, *folder.absolute().parents) if one.exists()), folder)
-    if not place.is_dir() or not os.access(place, os.W_OK):
-        raise UserError(f"--out {folder}: {place} is not a folder that can be written; name another")
 
 
 @contextmanager

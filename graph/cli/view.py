@@ -7,6 +7,7 @@ from pathlib import Path
 
 from graph.base.errors import RunError, UserError
 
+from .arguments import check_folder
 from .info import measure, said_of
 from .printing import counted, say, tell
 from .progress import reading
@@ -43,6 +44,8 @@ def run(args: argparse.Namespace) -> int:
 
     if not 6 <= args.size <= MOST_MB:
         raise UserError(f"--size {args.size:g}: the page needs 6 to {MOST_MB:g} MB")
+    if args.out:
+        check_folder(args.out)
     out: Path = args.out or (args.run if args.run.is_dir() else args.run.parent) / FOLDER
     with open_run(args.run, whole=False) as recording, reading(recording):
         topics = named_topics(recording, args.topic)

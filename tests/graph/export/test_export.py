@@ -273,6 +273,17 @@ def test_a_laser_scan_is_points_in_its_plane(tmp_path):
     assert found["time_ns"].tolist() == [SECOND, SECOND + 20_000_000]
 
 
+@pytest.mark.parametrize("command", [["export", "--format", "csv"], ["view"]])
+def test_a_folder_that_cannot_be_written_is_refused_before_anything_is_read(run, tmp_path, capsys, command):
+    taken = tmp_path / "taken"
+    taken.write_text("mine")
+    assert main([*command, str(tmp_path / "run.mcap"), "--out", str(taken)]) == 2
+    assert (
+        capsys.readouterr().err == f"graph: --out {taken}: {taken} is not a folder that can be written; name another\n"
+    )
+    assert taken.read_text() == "mine"
+
+
 def test_without_transforms_scans_have_no_pose_and_world_is_refused(tmp_path, capsys):
     bus = MessageBus()
     bus.subscribe(McapSink(tmp_path / "run.mcap"))
