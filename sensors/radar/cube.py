@@ -159,7 +159,7 @@ def summed(grid: Grid, found: Arrivals) -> Part:
     cell, range_m, velocity = grid.place(range_m, velocity, angle)
     groups = Groups(cell)
     total, means = groups.means((range_m, velocity, *angles), power)
-    inside = slice(int(np.searchsorted(groups.keys, 0)), None)
+    inside = np.flatnonzero(groups.keys >= 0)
     return Part(groups.keys[inside], total[inside], means[:, inside], found.bounces)
 
 
@@ -282,7 +282,16 @@ def _gathered(grid: Grid, cell: np.ndarray, power: np.ndarray, values: np.ndarra
     """The cube of powers (k,) in cells (k,), which may repeat, with their values (4, k) and bounces (k,)."""
     groups = Groups(cell)
     total, means = groups.means(list(values), power)
-    strongest = np.zeros(len(groups), np.uint8)
-    order = np.argsort(power, kind="stable")
-    strongest[groups.which[order]] = bounces[order]  # the last written is the strongest
-    return Cube(grid, groups.keys, total, means, strongest)
+    strongest = np.zeros(len(groups), np.int64)
+    _strongest(groups.which, power, strongest)
+    order = np.argsort(groups.keys)
+    return Cube(grid, groups.keys[order], total[order], means[:, order], bounces[strongest[order]])
+
+
+@compiled
+def _strongest(which: np.ndarray, power: np.ndarray, rows: np.ndarray) -> None:
+    """Writes the row of the most power in each group (n,); rows: 0 before."""
+    for row in range(len(which)):
+        best = rows[which[row]]
+        if which[best] != which[row] or power[row] >= power[best]:
+            rows[which[row]] = row

@@ -18,12 +18,8 @@ class Groups:
 
     def __init__(self, key: np.ndarray) -> None:
         """key: (k,) integers."""
-        found, self.which = _numbered(key)
-        """Place in `keys` of each key, (k,) int32."""
-        order = np.argsort(found)
-        self.keys = found[order]
-        """The keys that occur, (n,), rising."""
-        _renumber(self.which, order)
+        self.keys, self.which = _numbered(key)
+        """The keys that occur, (n,), as they come first; place in these of each key, (k,) int32."""
 
     def __len__(self) -> int:
         return len(self.keys)
@@ -74,16 +70,6 @@ def _numbered(key: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             number = slots[at]
         which[place] = number
     return keys[:count].copy(), which
-
-
-@compiled
-def _renumber(which: np.ndarray, order: np.ndarray) -> None:
-    """Replaces numbers (k,) by their places in `order` (n,)."""
-    place = np.empty(len(order), np.int32)
-    for at in range(len(order)):
-        place[order[at]] = at
-    for row in range(len(which)):
-        which[row] = place[which[row]]
 
 
 @compiled

@@ -162,9 +162,10 @@ def _lit(
         surface = surfaces[face] if face < known else NOTHING_KNOWN
         if (len(owner) and owner[row] != surface) or skip[surface]:
             continue
-        cosine = min(np.float32(abs(heights[face])) / way, np.float32(1))
+        inverse = np.float32(1) / way
+        cosine = min(np.float32(abs(heights[face])) * inverse, np.float32(1))
         table = tables[face] + min(int(cosine * steps), steps - 1)
-        power = diffuse[table] * cosine * weight[row] * received / way / way
+        power = diffuse[table] * cosine * weight[row] * received * inverse * inverse
         if power > 0:
             own, rate = body[face], np.float32(0)
             for axis in range(3):

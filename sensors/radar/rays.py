@@ -6,6 +6,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from sensors.compiled import compiled
+
 from .antenna import Antenna
 
 FEW = 400
@@ -68,23 +70,45 @@ def fill(
     da, de = (azimuth[1] - azimuth[0]) / across, (elevation[1] - elevation[0]) / up
     a = azimuth[0] + (np.arange(across) + 0.5) * da
     e = elevation[0] + (np.arange(up) + 0.5) * de
-    level, sine, followed = np.cos(e), np.sin(a), np.arange(up)[:, None] % stride + np.arange(across) % stride == 0
-    for array, value in (
-        (tubes.directions[0], level[:, None] * np.cos(a)),
-        (tubes.directions[1], level[:, None] * sine),
-        (tubes.directions[2], np.sin(e)[:, None]),
-        (tubes.azimuth, sine),
-        (tubes.elevation, np.sin(e)[:, None]),
-        (tubes.width, (da * level)[:, None]),
-        (tubes.height, de),
-        (tubes.solid, (da * (np.sin(e + de / 2) - np.sin(e - de / 2)))[:, None]),
-        (tubes.wide, np.where(followed, stride, 0)),
-    ):
-        array.reshape(up, across)[:] = value
+    solid = da * (np.sin(e + de / 2) - np.sin(e - de / 2))
+    lines, rows = (np.cos(a), np.sin(a)), (np.cos(e), np.sin(e), solid)
+    _fill(
+        *(lines, rows, da, de, stride),
+        *(tubes.directions, tubes.azimuth, tubes.elevation, tubes.width, tubes.height, tubes.solid, tubes.wide),
+    )
     tubes.sends[:] = antenna.sends(tubes.directions)
     tubes.hears[:] = tubes.sends if antenna.rx is antenna.tx else antenna.hears(tubes.directions)
     np.multiply(tubes.solid, tubes.sends, out=tubes.weight)
     np.multiply(tubes.weight, tubes.hears, out=tubes.weight)
+
+
+@compiled
+def _fill(
+    columns: tuple[np.ndarray, np.ndarray],
+    rows: tuple[np.ndarray, np.ndarray, np.ndarray],
+    da: float,
+    de: float,
+    stride: int,
+    directions: np.ndarray,
+    azimuth: np.ndarray,
+    elevation: np.ndarray,
+    width: np.ndarray,
+    height: np.ndarray,
+    solid: np.ndarray,
+    wide: np.ndarray,
+) -> None:
+    """Writes tubes row by row; columns: cosines and sines of azimuths, rows: those of elevations, and solid angles."""
+    (ahead, side), (level, high, angle) = columns, rows
+    at = 0
+    for row in range(len(level)):
+        for column in range(len(ahead)):
+            directions[0, at] = level[row] * ahead[column]
+            directions[1, at] = level[row] * side[column]
+            directions[2, at] = high[row]
+            azimuth[at], elevation[at], solid[at] = side[column], high[row], angle[row]
+            width[at], height[at] = da * level[row], de
+            wide[at] = stride if row % stride == 0 and column % stride == 0 else 0
+            at += 1
 
 
 def windows(

@@ -1,12 +1,11 @@
-"""Tubes followed from face to face, block by block; threads share the blocks, and their order stays."""
+"""Tubes followed from face to face, block by block.
+
+Blocks are not shared out to threads: handing over the interpreter's lock takes as long as the second core saves.
+"""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -16,13 +15,11 @@ from .cube import Grid, Part, summed
 from .glints import curved, curved_again
 from .lit import LEADS, MIRRORS, Beam, lit
 from .rays import Tubes
-from .scattering import Arrivals, Facing, again, facing, flat, rough
+from .scattering import Arrivals, again, facing, flat, rough
 from .waves import Met, Sent, Setting, Waves, in_sight, meet, next_waves, reflected
 
-BLOCK = 65_536
+BLOCK = 100_000
 """Tubes that are worked on at once: their numbers fit into a core's cache."""
-
-_Map = Callable[..., Iterator[Any]]
 
 
 @dataclass(slots=True)
@@ -55,17 +52,7 @@ class Tracer:
     def parts(self, tubes: Tubes, beams: list[Beam]) -> list[Part]:
         """The parts of the cube that tubes bring."""
         setting = self.setting
-        threads = 1 if setting.deforms else setting.world.threads or os.cpu_count() or 1
-        if threads == 1:
-            return self._parts(tubes, beams, map)
-        with ThreadPoolExecutor(threads) as pool:
-            return self._parts(tubes, beams, pool.map)
-
-    def _parts(self, tubes: Tubes, beams: list[Beam], each: _Map) -> list[Part]:
-        """The same; each: a `map`, which may work on several blocks at a time."""
-        setting = self.setting
-        pieces = [piece for beam in beams for piece in beam.blocks(BLOCK, setting.seen)]
-        blocks = list(each(lambda piece: self._first(tubes, *piece), pieces))
+        blocks = [self._first(tubes, *piece) for beam in beams for piece in beam.blocks(BLOCK, setting.seen)]
         found: list[Part] = []
         grouped: list[Arrivals] = []
         while blocks:
@@ -77,9 +64,9 @@ class Tracer:
                 break
             waves, hits, row = next_waves(setting, blocks[0].met.waves, sent)
             rows = [row[start : start + BLOCK] for start in range(0, len(row), BLOCK)]
-            blocks = list(each(lambda some: self._next(tubes, waves, hits, some), rows))  # noqa: B023
-            self._straight_back(tubes, blocks, each)
-        return [*found, *each(lambda one: summed(self.grid, one), grouped)]
+            blocks = [self._next(tubes, waves, hits, some) for some in rows]
+            self._straight_back(tubes, blocks)
+        return [*found, *(summed(self.grid, each) for each in grouped)]
 
     def _first(self, tubes: Tubes, beam: Beam, part: slice) -> _Block:
         """What tubes of a beam bring back from the faces that they meet first, and send on."""
@@ -107,23 +94,21 @@ class Tracer:
             block.sent = reflected(setting, tubes, met, np.arange(len(met)))
         return block
 
-    def _straight_back(self, tubes: Tubes, blocks: list[_Block], each: _Map) -> None:
+    def _straight_back(self, tubes: Tubes, blocks: list[_Block]) -> None:
         """Adds what comes straight back, of what the radar sees."""
         setting = self.setting
-        ahead = list(each(lambda block: facing(setting, block.met), blocks))
-        out, rays = (np.concatenate([getattr(one, name) for one in ahead] or [[]]) for name in ("out", "rays"))
-        if len(out):
-            sights = np.split(in_sight(setting, out, rays), np.cumsum([len(one.row) for one in ahead])[:-1])
-            list(each(lambda block, one, sight: self._add_seen(tubes, block, one.at(sight)), blocks, ahead, sights))
-
-    def _add_seen(self, tubes: Tubes, block: _Block, seen: Facing) -> None:
-        setting, met = self.setting, block.met
-        block.parts += self._summed(rough(setting, tubes, met, seen))
-        if setting.planes.any_curved:
-            block.glints += curved(setting, tubes, met.at(seen.row))
-        seen = seen.at(seen.mirrors)
-        if len(seen.row):
-            block.fields.append(flat(setting, tubes, met, seen.row, seen.back))
+        for block in blocks:
+            met = block.met
+            ahead = facing(setting, met)
+            if not len(ahead.row):
+                continue
+            seen = ahead.at(in_sight(setting, ahead.out, ahead.rays))
+            block.parts += self._summed(rough(setting, tubes, met, seen))
+            if setting.planes.any_curved:
+                block.glints += curved(setting, tubes, met.at(seen.row))
+            seen = seen.at(seen.mirrors)
+            if len(seen.row):
+                block.fields.append(flat(setting, tubes, met, seen.row, seen.back))
 
     def _summed(self, found: Arrivals) -> list[Part]:
         return [summed(self.grid, found)] if len(found.power) else []

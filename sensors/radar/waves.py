@@ -341,7 +341,8 @@ def _meet(
             continue
         back = start[0] + way * towards[0], start[1] + way * towards[1], start[2] + way * towards[2]
         out = max(math.sqrt(_dot(back, back)), 1e-9)
-        back = back[0] / out, back[1] / out, back[2] / out
+        inverse = 1.0 / out
+        back = back[0] * inverse, back[1] * inverse, back[2] * inverse
         body = faces.body[number]
         speed, spin, known = _row(faces.linear, body), _row(faces.angular, body), _row(rate, image)
         there = (
