@@ -11,6 +11,7 @@ from ruamel.yaml import YAML
 from graph.base.limits import LIMITS
 from graph.cli.main import COMMANDS, main
 from graph.sim.fidelity import KNOBS, Fidelity
+from graph.sim.scene.prim_keys import KEYS
 from graph.testing import run_graph
 from tests.support.places import ROOT
 
@@ -97,6 +98,11 @@ def test_the_node_with_memory_passes_on_every_third_trigger_and_refuses_a_count_
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_has_its_line(command):
     assert f"`graph {command}" in README
+
+
+def test_every_key_of_a_prim_has_its_place():
+    table = README[README.index("| keys of a prim in a graph file |") :].split("\n\n")[0]
+    assert set(re.findall(r"`(\w+)`", table)) >= set(KEYS)
 
 
 KNOB = re.compile(r"(?<![\w./])((?:physics|lidar|radar|camera|mesh)\.[a-z_]+|(?:fabric|tlas)(?==))(?:=([^\s,]+))?")
