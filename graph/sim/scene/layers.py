@@ -300,6 +300,8 @@ def _open_layer(path: str) -> tuple[Any, str]:
         except UnicodeDecodeError:
             return None, "it is not UTF-8 text"
         reason = " ".join(text.rpartition(" : ")[2].split()).strip("' ")
+        if reason.endswith("is not a valid usda layer"):
+            return None, 'it is not USD text, which starts with "#usda 1.0"'
         # The parser's messages contain C++ types of its grammar.
         return None, re.sub(r"parse error matching .*pxrInternal.* at (?=')", "no USD text goes on like this: ", reason)
 

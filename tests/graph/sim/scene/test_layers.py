@@ -250,6 +250,14 @@ def test_a_layer_that_is_there_and_broken_is_an_error_with_its_line_and_who_asks
     assert len(error.value.problems) == 1
 
 
+@pytest.mark.parametrize("text", ["", "tickgraph: 1\n"])
+def test_text_that_is_not_usd_is_called_so(tmp_path, text):
+    (tmp_path / "other.usda").write_text(text)
+    scene = write(tmp_path / "a.usda", 'def "W" (references = @./other.usda@) {}\n')
+    with pytest.raises(UserError, match='it is not USD text, which starts with "#usda 1.0" .*a.usda asks for it'):
+        open_stage(scene)
+
+
 def test_what_is_not_a_usd_file_by_its_name_is_left_out_like_what_is_missing(tmp_path):
     (tmp_path / "model.obj").write_text("v 0 0 0\n")
     warnings = Warnings()
