@@ -254,7 +254,7 @@ def test_a_layer_that_is_there_and_broken_is_an_error_with_its_line_and_who_asks
 def test_text_that_is_not_usd_is_called_so(tmp_path, text):
     (tmp_path / "other.usda").write_text(text)
     scene = write(tmp_path / "a.usda", 'def "W" (references = @./other.usda@) {}\n')
-    with pytest.raises(UserError, match='it is not USD text, which starts with "#usda 1.0" .*a.usda asks for it'):
+    with pytest.raises(UserError, match=r'it is not USD text, which starts with "#usda 1\.0" .*a\.usda asks for it'):
         open_stage(scene)
 
 
