@@ -2,7 +2,7 @@
 
 Numba compiles a function for the argument types of a call and keeps the code beside its source (`__pycache__`) or else
 in the user's cache folder: a machine compiles once, in tenths of a second a function. Floats are computed in the order
-that is written, by one thread, so the bytes are the same in every run.
+that is written, by one thread, so the bytes are the same in every run. Other threads go on meanwhile.
 
 Numba keeps the code until the function's *file* changes. So a compiled function uses nothing of another file: constants
 and compiled functions that it names stand beside it, everything else is an argument. A loop over elements compiles in
@@ -60,7 +60,7 @@ class Compiled(Generic[P, R]):
         plain = FunctionType(function.__code__, {**names, **used}, function.__name__, function.__defaults__)
         update_wrapper(plain, function)
         _tell_of_compiling()
-        return cast(Callable[..., Any], njit(plain, cache=keep, error_model="numpy"))
+        return cast(Callable[..., Any], njit(plain, cache=keep, nogil=True, error_model="numpy"))
 
 
 @cache

@@ -1,11 +1,17 @@
 """Tubes followed from face to face, block by block.
 
-Blocks are not shared out to threads: handing over the interpreter's lock takes as long as the second core saves.
+Threads share the blocks of what tubes meet first: compiled loops, which need the interpreter's lock only in between.
+Later blocks are few. The order of blocks is that of the tubes, so bytes do not depend on threads.
 """
 
 from __future__ import annotations
 
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +26,12 @@ from .waves import Met, Sent, Setting, Waves, in_sight, meet, next_waves, reflec
 
 BLOCK = 100_000
 """Tubes that are worked on at once: their numbers fit into a core's cache."""
+
+
+@cache
+def _threads(process: int, count: int) -> ThreadPoolExecutor:
+    """Threads of a process, which a child does not have."""
+    return ThreadPoolExecutor(count)
 
 
 @dataclass(slots=True)
@@ -52,7 +64,8 @@ class Tracer:
     def parts(self, tubes: Tubes, beams: list[Beam]) -> list[Part]:
         """The parts of the cube that tubes bring."""
         setting = self.setting
-        blocks = [self._first(tubes, *piece) for beam in beams for piece in beam.blocks(BLOCK, setting.seen)]
+        pieces = [piece for beam in beams for piece in beam.blocks(BLOCK, setting.seen)]
+        blocks = list(self._map(lambda piece: self._first(tubes, *piece), pieces))
         found: list[Part] = []
         grouped: list[Arrivals] = []
         while blocks:
@@ -67,6 +80,13 @@ class Tracer:
             blocks = [self._next(tubes, waves, hits, some) for some in rows]
             self._straight_back(tubes, blocks)
         return [*found, *(summed(self.grid, each) for each in grouped)]
+
+    @property
+    def _map(self) -> Callable[..., Iterator[Any]]:
+        """`map`, on threads; what deforms is looked up in the simulation, by one thread."""
+        setting = self.setting
+        threads = 1 if setting.deforms else setting.world.threads or os.cpu_count() or 1
+        return map if threads == 1 else _threads(os.getpid(), threads).map
 
     def _first(self, tubes: Tubes, beam: Beam, part: slice) -> _Block:
         """What tubes of a beam bring back from the faces that they meet first, and send on."""
