@@ -53,7 +53,7 @@ def diagrams(outcome: Outcome, metrics: Sequence[str]) -> bytes:
     study = outcome.study
     figure.suptitle(
         f"{study.scene.file.name}: {float(study.duration):g} s, errors up to {outcome.horizon.time:.4g} s, "
-        f"medians of {study.repeat} runs",
+        + ("each run once" if study.repeat == 1 else f"medians of {study.repeat} runs"),
         fontsize=10,
     )
     return _png(figure)
