@@ -8,7 +8,7 @@ those that are followed on.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -43,20 +43,21 @@ _NONE = np.zeros(0, np.int32)
 class Beam:
     """Neighbouring tubes that were cast together, and what they meet; n of them, from `first` of all tubes on.
 
-    bundle: their rays. angle: (n,) int64, their angle cells. skip: (s + 1,) bool, surfaces whose hits do not count.
+    bundle: their rays. angle: (n,) int64, their angle cells, None if they are not known. skip: (s + 1,) bool, surfaces
+    whose hits do not count.
     owner: (n,) int32, the only surface whose hits count, None for all.
     """
 
     first: int
     bundle: RayBundle
-    angle: np.ndarray
+    angle: np.ndarray | None
     skip: np.ndarray
     owner: np.ndarray | None
     hits: Hits
 
     def blocks(self, size: int, seen: float) -> Iterator[tuple[Beam, slice]]:
         """Its tubes in blocks, but for those in which none meets anything nearer than `seen` [m]."""
-        count = len(self.angle)
+        count = len(self.hits.distance)
         for first in range(0, count, size):
             part = slice(first, min(first + size, count))
             if self.hits.distance[part].min() < seen:
@@ -88,7 +89,7 @@ def lit(setting: Setting, tubes: Tubes, beam: Beam, part: slice) -> Lit:
         single = np.flatnonzero((plane == NO_PLANE) & (hits.number[part] != NOTHING))
         point = tubes.directions[:, single].T * distance[single, None]
         face, faces = with_hits(setting, plane, hits, single + part.start, single, point)
-    scattered, angle = np.empty((5, len(plane)), np.float32), np.empty(len(plane), np.int64)
+    scattered, rough = np.empty((5, len(plane)), np.float32), np.empty(len(plane), np.int64)
     waves, kinds = np.empty(len(plane), WAVE), np.empty(len(plane), np.uint8)
     met, planes = np.empty(len(plane), np.int64), np.empty(len(plane), np.int64)
     antenna, reflections = setting.antenna, setting.reflections
@@ -96,17 +97,19 @@ def lit(setting: Setting, tubes: Tubes, beam: Beam, part: slice) -> Lit:
     linear = (faces.linear @ setting.rotation.T).astype(np.float32)
     received, turning = np.float32(4.0 * antenna.receives), np.float32(2.0 / (WIDEST * antenna.wavelength))
     limits = np.float32(setting.seen), GRAZING, MIRROR, FAINTEST
-    angles, directions = beam.angle[part], beam.bundle.directions[:, part]
+    directions = beam.bundle.directions[:, part]
     # fmt: off
     found, special = _lit(
         distance, face, owner, beam.skip, setting.surfaces, setting.curved,
         faces.height, faces.table, faces.body, linear, reflections.diffuse, reflections.amplitude, STEPS,
-        directions, tubes.directions, tubes.azimuth, tubes.elevation, angles,
+        directions, tubes.directions, tubes.azimuth, tubes.elevation,
         tubes.weight, tubes.width, tubes.height, tubes.wide, received, turning, limits, setting.bounces > 1,
-        beam.first + part.start, part.start, scattered, angle, waves, met, planes, kinds,
+        beam.first + part.start, part.start, scattered, rough, waves, met, planes, kinds,
     )
     # fmt: on
-    back = replace(Arrivals.of(scattered[:, :found], 1), angle=angle[:found])
+    back = Arrivals.of(scattered[:, :found], 1)
+    if beam.angle is not None:
+        back.angle = beam.angle[part].take(rough[:found])
     started = Waves(1, Images.none(), np.zeros(special, np.int32), waves[:special])
     return Lit(back, started, met[:special], planes[:special], kinds[:special])
 
@@ -130,7 +133,6 @@ def _lit(
     straight: np.ndarray,
     azimuth: np.ndarray,
     elevation: np.ndarray,
-    angle: np.ndarray,
     weight: np.ndarray,
     width: np.ndarray,
     height: np.ndarray,
@@ -142,13 +144,13 @@ def _lit(
     first_tube: int,
     first_hit: int,
     scattered: np.ndarray,
-    angles: np.ndarray,
+    rough: np.ndarray,
     waves: np.ndarray,
     hits: np.ndarray,
     planes: np.ndarray,
     kinds: np.ndarray,
 ) -> tuple[int, int]:
-    """Writes what is scattered (5, n), with its angle cells, and the waves whose phase counts, with their kinds; counts
+    """Writes what is scattered (5, n), of which rows, and the waves whose phase counts, with their kinds; counts
     both. direction: (3, n) in the world's axes, straight: in the sensor's; received: of 4 m^2 at 1 m [W m^2]; turning:
     turns of phase, over `WIDEST`, on a way of 1 m.
     """
@@ -171,7 +173,7 @@ def _lit(
             for axis in range(3):
                 rate += linear[own, axis] * direction[axis, row]
             scattered[0, found], scattered[1, found], scattered[4, found] = way, rate, power
-            scattered[2, found], scattered[3, found], angles[found] = azimuth[row], elevation[row], angle[row]
+            scattered[2, found], scattered[3, found], rough[found] = azimuth[row], elevation[row], row
             found += 1
         if cosine <= grazing:
             continue

@@ -195,8 +195,7 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
             table = np.empty((len(owner), 6), np.float32)
             table[:, 3:6] = columns.T
             bundle = RayBundle(origin, table, exclude=self.exclude, reach=setting.seen, columns=columns)
-            angle, *_ = grid.angles(close.azimuth, close.elevation)
-            beams.append(tracer.beam(first, bundle, angle, skip=np.zeros_like(small), owner=owner))
+            beams.append(tracer.beam(first, bundle, None, skip=np.zeros_like(small), owner=owner))
         return merged(grid, tracer.parts(fan.tubes.part(0, end), beams))
 
     def _standing(self, setting: Setting) -> tuple[Any, ...] | None:

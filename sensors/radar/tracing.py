@@ -53,7 +53,13 @@ class Tracer:
     grid: Grid
 
     def beam(
-        self, first: int, bundle: RayBundle, angle: np.ndarray, *, skip: np.ndarray, owner: np.ndarray | None = None
+        self,
+        first: int,
+        bundle: RayBundle,
+        angle: np.ndarray | None,
+        *,
+        skip: np.ndarray,
+        owner: np.ndarray | None = None,
     ) -> Beam:
         """Casts the rays of a bundle, those of the tubes from `first` on; angle: their angle cells (`Grid.angles`).
 
