@@ -17,9 +17,11 @@ class Groups:
     """Equal keys brought together. Neighbours have mostly one key, so that few keys are looked up."""
 
     def __init__(self, key: np.ndarray) -> None:
-        """key: (k,) integers."""
-        self.keys, self.which = _numbered(key)
-        """The keys that occur, (n,), as they come first; place in these of each key, (k,) int32."""
+        """key: (k,) int64 or uint64."""
+        keys, self.which = _numbered(key.view(np.int64))
+        """Place in `keys` of each key, (k,) int32."""
+        self.keys = keys.view(key.dtype)
+        """The keys that occur, (n,), as they come first."""
 
     def __len__(self) -> int:
         return len(self.keys)
@@ -50,14 +52,14 @@ def _slot(one: Any, keys: np.ndarray, slots: np.ndarray) -> Any:
 
 @compiled
 def _numbered(key: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The different keys (n,) of (k,) integers, as they come, and the number of each key among them, (k,) int32."""
+    """The different keys (n,) of (k,) int64, as they come, and the number of each key among them, (k,) int32."""
     runs = 1
     for place in range(1, len(key)):
         runs += key[place] != key[place - 1]
     size = 16
     while size < 2 * runs:
         size *= 2
-    slots, keys, which = np.full(size, np.int32(-1)), np.empty(runs, key.dtype), np.empty(len(key), np.int32)
+    slots, keys, which = np.full(size, np.int32(-1)), np.empty(runs, np.int64), np.empty(len(key), np.int32)
     count, number = 0, np.int32(0)
     for place in range(len(key)):
         one = key[place]

@@ -105,7 +105,7 @@ def _cells(
     count = 0
     for row in range(len(which)):
         group = which[row]
-        key = _joined(np.uint64(group), np.rint((range_m[row] - middle[0, group]) / widths[0]))
+        key = _joined(_joined(np.uint64(0), group), np.rint((range_m[row] - middle[0, group]) / widths[0]))
         key = _joined(key, np.rint((velocity[row] - middle[1, group]) / widths[1]))
         across = (azimuth[row] - middle[2, group]) / max(least[row], widths[2])
         up = (height[row] - middle[3, group]) / max(least[row], widths[3])

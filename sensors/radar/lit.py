@@ -84,7 +84,7 @@ def lit(setting: Setting, tubes: Tubes, beam: Beam, part: slice) -> Lit:
     hits, faces = beam.hits, setting.faces
     distance, plane = hits.distance[part], setting.planes.of_hits(hits, part)
     face = plane
-    tubes = tubes.part(beam.first + part.start, beam.first + part.stop)
+    straight, tubes = tubes.directions, tubes.part(beam.first + part.start, beam.first + part.stop)
     if setting.deforms:
         single = np.flatnonzero((plane == NO_PLANE) & (hits.number[part] != NOTHING))
         point = tubes.directions[:, single].T * distance[single, None]
@@ -97,12 +97,11 @@ def lit(setting: Setting, tubes: Tubes, beam: Beam, part: slice) -> Lit:
     linear = (faces.linear @ setting.rotation.T).astype(np.float32)
     received, turning = np.float32(4.0 * antenna.receives), np.float32(2.0 / (WIDEST * antenna.wavelength))
     limits = np.float32(setting.seen), GRAZING, MIRROR, FAINTEST
-    directions = beam.bundle.directions[:, part]
     # fmt: off
     found, special = _lit(
         distance, face, owner, beam.skip, setting.surfaces, setting.curved,
         faces.height, faces.table, faces.body, linear, reflections.diffuse, reflections.amplitude, STEPS,
-        directions, tubes.directions, tubes.azimuth, tubes.elevation,
+        beam.bundle.directions, straight, tubes.azimuth, tubes.elevation,
         tubes.weight, tubes.width, tubes.height, tubes.wide, received, turning, limits, setting.bounces > 1,
         beam.first + part.start, part.start, scattered, rough, waves, met, planes, kinds,
     )
@@ -171,7 +170,7 @@ def _lit(
         if power > 0:
             own, rate = body[face], np.float32(0)
             for axis in range(3):
-                rate += linear[own, axis] * direction[axis, row]
+                rate += linear[own, axis] * direction[axis, first_hit + row]
             scattered[0, found], scattered[1, found], scattered[4, found] = way, rate, power
             scattered[2, found], scattered[3, found], rough[found] = azimuth[row], elevation[row], row
             found += 1
@@ -192,7 +191,7 @@ def _lit(
             wave = waves[special]
             wave.row, wave.travelled, wave.field, wave.wide = first_tube + row, 0.0, 1.0, 1.0
             for axis in range(3):
-                wave.direction[axis] = straight[axis, row]
+                wave.direction[axis] = straight[axis, first_tube + row]
             hits[special], planes[special], kinds[special] = first_hit + row, face if face < known else -1, kind
             special += 1
     return found, special

@@ -5,7 +5,7 @@ import pytest
 
 from sensors.radar.grouping import Groups
 
-KEYS = np.array([7, 7, 3, 3, 3, 7], np.int32)
+KEYS = np.array([7, 7, 3, 3, 3, 7])
 
 
 def test_keys_are_brought_together_across_runs():
