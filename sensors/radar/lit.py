@@ -35,7 +35,6 @@ NOTHING_KNOWN = -1
 MIRRORS, BENDS, LEADS = 1, 2, 4
 """What becomes of a tube at its first face: it is near its mirror reflection; the surface is curved; it goes on."""
 
-
 _NONE = np.zeros(0, np.int32)
 
 
@@ -44,8 +43,7 @@ class Beam:
     """Neighbouring tubes that were cast together, and what they meet; n of them, from `first` of all tubes on.
 
     bundle: their rays. angle: (n,) int64, their angle cells, None if they are not known. skip: (s + 1,) bool, surfaces
-    whose hits do not count.
-    owner: (n,) int32, the only surface whose hits count, None for all.
+    whose hits do not count. owner: (n,) int32, the only surface whose hits count, None for all.
     """
 
     first: int

@@ -25,7 +25,7 @@ from .scattering import Arrivals, again, facing, flat, rough
 from .waves import Met, Sent, Setting, Waves, in_sight, meet, next_waves, reflected
 
 BLOCK = 100_000
-"""Tubes that are worked on at once: their numbers fit into a core's cache."""
+"""Tubes that are worked on at once."""
 
 
 @cache
