@@ -111,7 +111,7 @@ def _returned(
         back = np.float32(0)
         if there and len(reflectance):
             cosine = table[ray, 3] * normals[ray, 0] + table[ray, 4] * normals[ray, 1] + table[ray, 5] * normals[ray, 2]
-            surface = surface_of[number[ray]]
+            surface = surface_of[min(number[ray], len(surface_of) - 1)]
             back = retro_gain if retro[surface] else abs(cosine) * reflectance[surface]
             there = not back < distance[ray] * distance[ray] * least
         if there or every:
