@@ -95,7 +95,7 @@ def test_a_schema_that_nobody_has_is_warned_of(app):
 def test_wrapping_checks_the_prims_type(app):
     app.stage.DefinePrim("/World/Cube", "Cube")
 
-    with pytest.raises(ValueError, match="/World/Cube is a Cube"):
+    with pytest.raises(ValueError, match="/World/Cube is of type Cube"):
         Lidar("/World/Cube")
 
 
@@ -106,7 +106,7 @@ def test_a_regular_expression_must_match_one_prim(app):
     Lidar.create("/World/LidarB", config="XT32")
     with pytest.raises(ValueError, match="matches 2 prims"):
         Lidar("/World/Lidar.")
-    with pytest.raises(ValueError, match="no prim matches"):
+    with pytest.raises(ValueError, match="matches no prim"):
         Lidar("/World/Radar.")
 
 
