@@ -112,7 +112,7 @@ class Fidelity(PhysicsKnobs):
             "points; one colour a mesh, or its texture",
             why="the same bytes on every machine",
             finer="rays",
-            read_by="sensors.camera.runtime",
+            read_by="sensors.camera.imager",
         ),
     ] = "rays"
     camera_samples: Annotated[
@@ -134,7 +134,7 @@ class Fidelity(PhysicsKnobs):
             cost="on: three random numbers a pixel",
             error="off: exact colours",
             why="as lidar.noise: exact unless asked for",
-            read_by="sensors.camera.runtime",
+            read_by="sensors.camera.imager",
         ),
     ] = False
     mesh_tolerance: Annotated[

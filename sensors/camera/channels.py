@@ -12,6 +12,7 @@ INSTANCE = "instance_id_segmentation"
 LABELLED = "instance_segmentation"
 SEMANTIC = "semantic_segmentation"
 RGB, HDR = "rgb", "HdrColor"
+LIT = frozenset({RGB, HDR})
 CROSS = "cross_correspondence"
 FIRST = 2
 """The number of the first entity of each: 0 is nothing, 1 what has no label."""

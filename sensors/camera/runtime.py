@@ -1,4 +1,4 @@
-"""A camera at work: one image a tick, with the requested channels."""
+"""The runtime of a camera: its configuration, its schedule and what is asked of it; `imager` makes the images."""
 
 from __future__ import annotations
 
@@ -6,47 +6,19 @@ from collections.abc import Iterable
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from graph.base.errors import UserError
 from graph.base.limits import check
 from graph.sim.renderer.schedule import Tick
-from graph.sim.settings import CAMERA_TONE, TONE_ACES
-from sensors.raycast.shadows import Shadows
-from sensors.raycast.shared import cast_world
 from sensors.runtime import Measurement, SensorRuntime
 
-from .boxes import boxes_of
-from .channels import AROUND, BOX, CROSS, HDR, INSTANCE, LABELLED, LOOSE, RGB, SEMANTIC, TIGHT
+from .channels import CROSS, LIT
 from .config import CameraConfig, checked_size, legacy_lens, read_config
-from .correspondence import INVALID, Reference, correspondence, reference_of
-from .entities import PixelNumbers, entities_of
-from .line_exposure import LineExposure
-from .motion import Instant, motion_vectors
 from .names import PRIM_TYPE
-from .picture import Pictures, has_projector, looks_of
-from .rays import CameraRays
-from .shading import aces_curve, srgb
-from .smooth import smooth_surfaces, smoothen
-from .view import View, look
 
 if TYPE_CHECKING:
     from pxr import Usd
 
-    from sensors.raycast.world import CastWorld
-
-    from .drawn import DrawnCamera
+    from .imager import Imager
     from .tiles import TileGroup
-
-NUMBERED = (INSTANCE, LABELLED, SEMANTIC)
-LIT = frozenset({RGB, HDR})
-DRAWN = frozenset(
-    {RGB, INSTANCE, LABELLED, SEMANTIC, "distance_to_camera", "distance_to_image_plane", "points", "motion_vectors"}
-)
-"""The channels that OpenGL draws with `camera.backend=gl`; the others are cast."""
-MOST_HALF = 65504.0
-"""The largest number of float16."""
-BOXES = frozenset({TIGHT, LOOSE, BOX, AROUND})
 
 
 class CameraRuntime(SensorRuntime[CameraConfig]):
@@ -63,7 +35,7 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
     only_on_request = LIT | {CROSS}
     group: TileGroup | None = None
     """The cameras with which it looks together."""
-    _between: tuple[CastWorld, frozenset[str], Shadows] | None = None
+    _imager: Imager | None = None
 
     def read(self, prim: Usd.Prim) -> CameraConfig:
         """The camera that the prim describes, at the product's size."""
@@ -79,12 +51,9 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
 
     def configure(self) -> None:
         """Forgets the rays of an earlier lens; those of this one are made when they are first needed."""
-        self._rays: CameraRays | None = None
-        self._numbers = PixelNumbers()
         if self.config.shutter is not None:
             self.look_back(2 * self.config.shutter.duration(self.config.size))
-        self._pictures: Pictures | None = None
-        self._drawn: DrawnCamera | None = None
+        self._imager = None
 
     def require(
         self, owner: object, channels: Iterable[str], *, optional: Iterable[str] = (), ignore_aux: bool = False
@@ -92,19 +61,14 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
         """Requests channels, see `SensorRuntime.require`; UserError for colours of more rays than the limit allows."""
         super().require(owner, channels, optional=optional, ignore_aux=ignore_aux)
         if self.requested() & LIT:
-            self._samples()
+            self.samples()
 
-    def _samples(self) -> int:
-        """The rays of each pixel of a colour picture."""
+    def samples(self) -> int:
+        """The rays of each pixel of a colour picture. Raises UserError for more than the limit allows."""
         samples, lens = self._app.fidelity.camera_samples, self.config.lens
         rays = lens.width * lens.height * samples
         check("camera.rays", rays, f"{self.path}: camera.samples {samples:,} make {rays:,} rays an image")
         return samples
-
-    def _colours(self) -> Pictures:
-        if self._pictures is None:
-            self._pictures = Pictures(self.path, self.config, self.exclude, self._samples())
-        return self._pictures
 
     def interval(self, tick: Tick) -> tuple[Fraction, Fraction]:
         """The instant of the update; of a rolling shutter the exposure of all lines, which ends then."""
@@ -113,163 +77,16 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
             return super().interval(tick)
         return max(Fraction(0), tick.time - shutter.duration(self.config.size)), tick.time
 
-    def _lines(self, tick: Tick) -> LineExposure | None:
-        shutter = self.config.shutter
-        if shutter is None or self.history is None:
-            return None
-        return LineExposure(shutter, self.config.size, self.history, self.path, tick.time)
-
     def reset(self) -> None:
         """Forgets where everything was."""
         super().reset()
-        self._put_away()
-        self._before: Instant | None = None
+        if self._imager is not None:
+            self._imager.reset()
 
     def measure(self, tick: Tick) -> Measurement:
         """The image of a tick."""
-        width, height = self.config.size
-        wanted, images, pose = self.channels(), [], None
-        if wanted & DRAWN and self._draws():
-            pose = self.pose(tick.poses)
-            images, wanted = self._draw(tick, pose, wanted & DRAWN), wanted - DRAWN
-        if wanted:
-            pose, cast = self._cast(tick, wanted)
-            images += cast
-        elif pose is None:
-            pose = self.pose(tick.poses)
-        arrays = {
-            name: array if name in BOXES else array.reshape(height, width, *array.shape[1:]) for name, array in images
-        }
-        return Measurement(arrays, width * height, None if self.history is not None else (pose, pose))
+        if self._imager is None:
+            from .imager import Imager  # with all that casts and shades; a check needs none of it
 
-    def _draws(self) -> bool:
-        """Whether OpenGL draws; if it should and cannot, a warning says why."""
-        app = self._app
-        if app.fidelity.camera_backend != "gl":
-            return False
-        from .drawn import reason_for_rays
-
-        world = cast_world(app)
-        reason = reason_for_rays(world, self.config)
-        if not reason and has_projector(app, world):
-            reason = "its scene has a projector"
-        if reason:
-            app.warn("camera-by-rays", self.path, f"{reason}, which OpenGL does not show: its images are cast by rays")
-        return not reason
-
-    def _put_away(self) -> None:
-        if self._drawn is not None:
-            self._drawn.close()
-        self._drawn = None
-
-    def _draw(self, tick: Tick, pose: np.ndarray, wanted: frozenset[str]) -> list[tuple[str, np.ndarray]]:
-        """Channels in demand as OpenGL draws them."""
-        from .drawn import DrawnCamera
-
-        app = self._app
-        world = cast_world(app)
-        if self._drawn is None or self._drawn.world is not world:
-            self._put_away()
-            seen = world, looks_of(app, world), smooth_surfaces(app, world)
-            self._drawn = DrawnCamera(self.config, *seen, app.fidelity.camera_samples, pose)
-        drawn = self._drawn
-        view = drawn.look(pose, tick.poses, self.exclude)
-        images = self._images(view, tick, wanted)
-        if RGB in wanted:
-            lighting = self._colours().lighting(app, world, pose, tick.poses)
-            if (count := len(lighting.lights)) > drawn.most_lights:
-                said = f"OpenGL shows the {drawn.most_lights} brightest of its {count} lights; camera.backend=rays all"
-                app.warn("lights-left-out", self.path, said)
-            images += self._lit(drawn.radiance(view, pose, lighting), wanted)
-        return images
-
-    def _cast(self, tick: Tick, wanted: frozenset[str]) -> tuple[np.ndarray, list[tuple[str, np.ndarray]]]:
-        """The pose, (4, 4) float64 [m], and channels in demand by rays."""
-        app = self._app
-        world, lines = cast_world(app), self._lines(tick)
-        lit = bool(wanted & LIT) and self._colours().samples == 1
-        normals = lit or "normals" in wanted
-        shapes = smooth_surfaces(app, world) if normals else {}
-        spots = bool(shapes) or (lit and looks_of(app, world).vary)
-        pose, view = self._look(world, tick, lines, normals=normals, spots=spots)
-        smoothen(view, shapes, world, tick.poses)
-        images = self._images(view, tick, wanted)
-        if wanted & LIT:
-            images += self._lit(self._colours().radiance(app, view, pose, tick.poses, world, lines), wanted)
-        if wanted & BOXES:
-            labelled = dict(images).get(LABELLED)
-            numbers = self._numbered(view, LABELLED) if labelled is None else labelled
-            images += boxes_of(app, view, self.config, tick.poses, numbers, wanted).items()
-        return pose, images
-
-    def _look(
-        self, world: CastWorld, tick: Tick, lines: LineExposure | None, *, normals: bool, spots: bool
-    ) -> tuple[np.ndarray, View]:
-        """The pose, (4, 4) float64 [m], and what is seen: with the cameras of the group if it can be."""
-        together = self.group and self.group.view(self, world, tick, normals=normals, spots=spots)
-        if together:
-            return together
-        if self._rays is None:
-            self._rays = CameraRays(self.config.lens)
-            if self._rays.dark is not None and len(self._rays.dark) == len(self._rays):
-                self._app.warn("lens-without-rays", self.path, "its lens gives no pixel a direction: it sees nothing")
-        pose = self.pose(tick.poses)
-        seen = world, self._rays, self.config, pose, tick.poses, self.exclude
-        return pose, look(*seen, normals=normals, spots=spots, lines=lines)
-
-    def _images(self, view: View, tick: Tick, wanted: frozenset[str]) -> list[tuple[str, np.ndarray]]:
-        """Channels in demand, each with a row for every pixel."""
-        hits = view.hits
-        found: list[tuple[str, np.ndarray]] = []
-        if "distance_to_camera" in wanted:
-            found.append(("distance_to_camera", hits.distance))
-        if "distance_to_image_plane" in wanted:
-            found.append(("distance_to_image_plane", view.depth))
-        if "normals" in wanted:
-            found.append(("normals", view.facing_normals()))
-        if "points" in wanted:
-            found.append(("points", view.points()))
-        if "motion_vectors" in wanted:
-            found.append(("motion_vectors", self._motion(view, tick)))
-        if CROSS in wanted:
-            found.append((CROSS, self._correspondence(view, tick)))
-        return found + [(name, self._numbered(view, name)) for name in NUMBERED if name in wanted]
-
-    def _numbered(self, view: View, name: str) -> np.ndarray:
-        hits = view.hits
-        return self._numbers.of(entities_of(self._app, name).numbers, name, hits.surface_of, hits.number)
-
-    def _lit(self, light: np.ndarray, wanted: frozenset[str]) -> list[tuple[str, np.ndarray]]:
-        """Channels in demand that hold light [nit]."""
-        found: list[tuple[str, np.ndarray]] = []
-        if HDR in wanted:
-            found.append((HDR, np.clip(light, 0, MOST_HALF).astype(np.float16)))
-        if RGB in wanted:
-            signal = light * np.float32(self.config.exposure)
-            if self._app.fidelity.camera_noise:
-                signal = self.config.noise.applied(signal, self._app.seed, self.path, self._frames)
-            aces = self._app.settings.get(CAMERA_TONE) == TONE_ACES
-            found.append((RGB, srgb(aces_curve(signal) if aces else signal)))
-        return found
-
-    def _correspondence(self, view: View, tick: Tick) -> np.ndarray:
-        try:
-            other = reference_of(self._app, self.path)
-        except UserError as problem:
-            what = str(problem).removeprefix(f"{self.path}: ")
-            self._app.warn("no-second-camera", self.path, f"{what}; its offsets are -1")
-            return np.full((len(view.depth), 4), INVALID, np.float32)
-        world, exclude = cast_world(self._app), self.exclude | other.exclude
-        if self._between is None or self._between[0] is not world or self._between[1] != exclude:
-            self._between = world, exclude, Shadows(world, exclude)
-        reference = Reference(other.config.lens, other.pose(tick.poses))
-        return correspondence(view, self.config.lens, reference, self._between[2], tick.poses)
-
-    def _motion(self, view: View, tick: Tick) -> np.ndarray:
-        world = cast_world(self._app)
-        bodies = world.body_poses(tick.poses)
-        now = Instant(world, self.pose(tick.poses), None if bodies is None else bodies.copy())
-        before = self._before
-        if "motion_vectors" in self.requested():
-            self._before = now
-        return motion_vectors(self.config.lens, view, before, now)
+            self._imager = Imager(self._app, self)
+        return self._imager.measure(tick, self._frames)
