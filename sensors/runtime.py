@@ -23,7 +23,6 @@ from .errors import SensorValueError
 from .frame import Frame, FramePose
 from .motion.history import History, history_of
 from .prim import AUX_CHANNELS, has_sensor_api, read_aux_level, read_exclude, read_tick_rate
-from .raycast.shared import packed_id_map, surface_id_map, surface_labels
 from .sensor_types import SensorType, sensor_type
 from .surfaces.ids import has_prim
 
@@ -297,16 +296,24 @@ class SensorRuntime(ABC, Generic[Config]):
         """
         if not self.has_stable_ids():
             return {}
+        from .raycast.shared import surface_id_map
+
         resolve_all = resolve_all and self._app.settings.get(keys.ID_MAP_EXTENSION)
         found = surface_id_map(self._app)
         return {number: path for number, path in found.items() if resolve_all or has_prim(path)}
 
     def packed_object_ids(self) -> np.ndarray | None:
         """The whole map as a StableIdMap buffer, uint8, read-only; None while stable ids are off."""
-        return packed_id_map(self._app) if self.has_stable_ids() else None
+        if not self.has_stable_ids():
+            return None
+        from .raycast.shared import packed_id_map
+
+        return packed_id_map(self._app)
 
     def class_labels(self) -> dict[int, dict[str, str]]:
         """Number in the channel classId -> its labels, {taxonomy: label}."""
+        from .raycast.shared import surface_labels
+
         return surface_labels(self._app)
 
     # -- inside ------------------------------------------------------------------------------------------------------

@@ -62,7 +62,7 @@ class Fidelity(PhysicsKnobs):
             cost="on: some random numbers a beam",
             error="off: exact ranges",
             why="as documented: exact ranges and angles",
-            read_by=_LIDAR,
+            read_by="sensors.lidar.scans",
         ),
     ] = False
     lidar_subrays: Annotated[

@@ -52,7 +52,6 @@ class Bins:
         self._app, self._path, self._turns = weakref.ref(app), path, turns
         self._count = app.fidelity.lidar_bins
         self._history = history_of(app)
-        self._history.keep(2 * turns.period)
 
     def shots(
         self, start: Fraction, end: Fraction, slices: list[tuple[int, slice]]

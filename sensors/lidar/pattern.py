@@ -5,13 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from graph.base.exact import NANOSECONDS
-from sensors.raycast.windows import RayGrid
 
 from .config import LidarConfig
+
+if TYPE_CHECKING:
+    from sensors.raycast.windows import RayGrid
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +53,8 @@ class Pattern:
     def grid(self, starts: tuple[int, ...] = (0,)) -> RayGrid:
         """The grid of its directions, cut into spans that begin at `starts`; made at the first call."""
         if starts not in self._grids:
+            from sensors.raycast.windows import RayGrid  # only who casts needs it
+
             self._grids[starts] = RayGrid(self.directions, starts)
         return self._grids[starts]
 

@@ -1,0 +1,183 @@
+"""The scans of a lidar: the firings of each update and tick are cast, and what they measure is joined."""
+
+from __future__ import annotations
+
+import weakref
+from collections import OrderedDict
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graph.base.exact import nanoseconds
+from graph.sim.renderer.schedule import EveryUpdate, Tick
+from sensors.channels import CHANNELS
+from sensors.motion.velocities import surface_velocities
+from sensors.raycast.shared import (
+    cast_world,
+    present_app,
+    surface_classes,
+    surface_ids,
+    surface_materials,
+    surface_optics,
+)
+from sensors.runtime import Measurement
+
+from .bins import Bins
+from .noise import Noise
+from .pattern import Pattern
+from .receiver import Receiver
+from .returns import Shot
+from .scan import Scanner
+
+if TYPE_CHECKING:
+    from graph.sim import App
+
+    from .runtime import LidarRuntime
+
+
+@dataclass(slots=True)
+class _Turn:
+    """An unfinished full scan: slices of one turn, oldest first."""
+
+    parts: list[dict[str, np.ndarray]] = field(default_factory=list)
+    firings: int = 0
+    start: np.ndarray = field(default_factory=lambda: np.eye(4))
+    end: np.ndarray = field(default_factory=lambda: np.eye(4))
+
+
+class Scans:
+    """The scans of one lidar as it is configured now: unfinished ones, and the scanners of its turns."""
+
+    def __init__(self, app: App, lidar: LidarRuntime) -> None:
+        self._owner, self._of = weakref.ref(app), weakref.ref(lidar)  # the App keeps the lidar, which keeps this
+        self._path, self._config, self._exclude, self._history = lidar.path, lidar.config, lidar.exclude, lidar.history
+        self._turns = lidar.turns
+        continuous = app.fidelity.lidar_motion == "continuous"
+        self._bins = Bins(app, lidar.path, lidar.turns) if continuous else None
+        self._scanners: OrderedDict[int, Scanner] = OrderedDict()
+        self._unfinished: dict[int, _Turn] = {}
+
+    @property
+    def _app(self) -> App:
+        return present_app(self._owner)
+
+    @property
+    def _lidar(self) -> LidarRuntime:
+        lidar = self._of()
+        assert lidar is not None, "a lidar outlives its scans"
+        return lidar
+
+    def reset(self) -> None:
+        """Drops unfinished scans."""
+        self._unfinished = {}
+
+    def advance(self, start: Fraction, end: Fraction, poses: Any) -> None:
+        """Casts the firings in [start, end) with the state `poses`, for the scans they belong to."""
+        oldest = end // self._turns.period - 1
+        pose = self._lidar.pose(poses)
+        for turn, rows in self._turns.slices(start, end, whole_turns=1):
+            if turn >= oldest:
+                self._add(turn, rows, pose, poses)
+        for turn in [turn for turn in self._unfinished if turn < oldest]:
+            del self._unfinished[turn]
+
+    def measure(self, tick: Tick) -> Measurement:
+        """The scan of a tick, or a part of one; of one state without a cast, and empty, if nothing is requested."""
+        unread = not self._lidar.requested() and self._bins is None and not self._lidar.wants_updates
+        found = None if unread and self._app.prune else self._cast(tick)
+        if found is not None and not unread:
+            return found
+        pose = self._lidar.pose(tick.poses)
+        return self._measured(_Turn(start=pose, end=pose), tick, complete=self._lidar.whole)
+
+    def _cast(self, tick: Tick) -> Measurement:
+        if isinstance(self._lidar.schedule, EveryUpdate):
+            return self._measured(self._partial_scan(tick), tick, complete=False)
+        turn = tick.index - 1
+        firings = len(self._turns.pattern(turn))
+        if self._bins is not None:
+            scan = self._continuous_scan(tick.start, tick.end, [(turn, slice(0, firings))])
+        else:
+            scan = self._unfinished.pop(turn, _Turn()) if self._lidar.wants_updates else self._frozen_scan(tick)
+        return self._measured(scan, tick, complete=scan.firings == firings)
+
+    def _measured(self, scan: _Turn, tick: Tick, *, complete: bool) -> Measurement:
+        parts = scan.parts
+        count = sum(int(part.pop("count")) for part in parts)
+        if not parts:
+            arrays = {name: CHANNELS[name].empty() for name in self._lidar.requested() if name in CHANNELS}
+        elif len(parts) == 1:
+            arrays = parts[0]
+        else:
+            names = set.intersection(*(set(part) for part in parts))
+            arrays = {name: np.concatenate([part[name] for part in parts]) for name in names}
+        ends = self._lidar.ends(tick) if self._history is not None else (scan.start, scan.end)
+        return Measurement(arrays, count, ends, complete)
+
+    def _scanner(self, turn: int) -> Scanner:
+        """The scanner for the firings of a turn; see `Turns`."""
+        number = self._turns.number(turn)
+        found = self._scanners.get(number)
+        if found is None:
+            while len(self._scanners) >= self._turns.kept:
+                self._scanners.popitem(last=False)
+            found = self._scanners[number] = self._new_scanner(self._turns.pattern(turn))
+        return found
+
+    def _scan(self, shot: Shot) -> dict[str, np.ndarray]:
+        """The channels of a shot that are requested now, and their "count"."""
+        found = self._scanner(shot.turn).scan(shot, self._lidar.channels())
+        return found if self._app.prune else {**self._lidar.kept(found), "count": found["count"]}
+
+    def _new_scanner(self, pattern: Pattern) -> Scanner:
+        app, weak, config = self._app, self._owner, self._config
+        return Scanner(
+            pattern,
+            lambda: cast_world(present_app(weak)),
+            frame=config.output_frame_of_reference,
+            exclude=self._exclude,
+            keep_invalid=config.skip_dropping_invalid_points,
+            velocities=surface_velocities(app, self._path, config.output_frame_of_reference == "WORLD"),
+            receiver=Receiver(config),
+            noise=Noise(config, pattern, app.seed, self._path) if app.fidelity.lidar_noise else None,
+            optics=lambda: surface_optics(present_app(weak)),
+            config=config,
+            subrays=app.fidelity.lidar_subrays,
+            tables={
+                "matId": lambda: surface_materials(present_app(weak)),
+                "objId": lambda: surface_ids(present_app(weak)),
+                "classId": lambda: surface_classes(present_app(weak)),
+            },
+        )
+
+    def _frozen_scan(self, tick: Tick) -> _Turn:
+        pose, turn = self._lidar.pose(tick.poses), tick.index - 1
+        firings = len(self._scanner(turn).pattern)
+        part = self._scan(Shot(slice(0, firings), pose, tick.poses, turn=turn))
+        return _Turn([part], firings, pose, pose)
+
+    def _continuous_scan(self, start: Fraction, end: Fraction, slices: list[tuple[int, slice]]) -> _Turn:
+        assert self._bins is not None
+        scan = _Turn()
+        shots, scan.start, scan.end = self._bins.shots(start, end, slices)
+        for shot in shots:
+            shot.common = scan.end if self._lidar.compensates and shot.moves is not None else None
+            scan.parts.append(self._scan(shot))
+            scan.firings += shot.rows.stop - shot.rows.start
+        return scan
+
+    def _add(self, turn: int, rows: slice, pose: np.ndarray, poses: Any) -> None:
+        scan = self._unfinished.setdefault(turn, _Turn())
+        scan.parts.append(self._scan(Shot(rows, pose, poses, turn=turn)))
+        scan.firings += rows.stop - rows.start
+
+    def _partial_scan(self, tick: Tick) -> _Turn:
+        start, end = self._lidar.interval(tick)
+        slices = self._turns.slices(start, end)
+        if self._bins is not None:
+            return self._continuous_scan(start, end, slices)
+        period, stamp, pose = self._turns.period, nanoseconds(start), self._lidar.pose(tick.poses)
+        shots = [Shot(rows, pose, tick.poses, nanoseconds(turn * period) - stamp, turn=turn) for turn, rows in slices]
+        return _Turn([self._scan(shot) for shot in shots], 0, pose, pose)
