@@ -1,0 +1,290 @@
+"""The scans of a radar: one a frame, from rays to detections."""
+
+from __future__ import annotations
+
+import weakref
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from graph.sim.geometry.surfaces import Mesh
+from graph.sim.renderer.schedule import Tick
+from sensors.frame import cartesian, spherical
+from sensors.gmo import ElementFlags
+from sensors.motion.velocities import twists_at
+from sensors.output_frame import custom_frame
+from sensors.raycast.rays import RayBundle, RayMemory
+from sensors.raycast.shared import cast_world, present_app, surface_materials
+from sensors.raycast.standing import excluded
+from sensors.raycast.windows import RayGrid
+from sensors.raycast.world import CastWorld
+from sensors.runtime import Measurement
+
+from .antenna import Antenna
+from .config import ScanConfig
+from .cube import Cube, Grid, as_chirps_give, merged
+from .detector import MOST_DETECTIONS, Detections, detections, limits
+from .images import Twists
+from .materials import Reflections
+from .noise import Noise
+from .planes import planes_of
+from .rays import SHARE, Tubes, fill, finer, windows
+from .tracing import Tracer
+from .waves import Setting
+
+if TYPE_CHECKING:
+    from graph.sim import App
+
+    from .runtime import RadarRuntime
+
+
+STRIDE = 2
+"""After a reflection every so many rays of the fan are followed on, across and up: what is far off by then is small, or
+has rays of its own."""
+
+
+KEPT_CUBES = 4
+"""Cycles, by their unambiguous velocities, whose cubes are kept of each scan while nothing moves."""
+
+
+@dataclass(slots=True)
+class _Fan:
+    """The rays of a scan, ready to cast: the tubes, with room for finer ones, their angle cells, their table and its
+    columns in the world's axes.
+
+    cubes: what they brought back while nothing moved since the state `standing`.
+    """
+
+    tubes: Tubes
+    angle: np.ndarray
+    table: np.ndarray
+    columns: np.ndarray
+    grid: RayGrid
+    memory: RayMemory
+    step: float
+    turned_by: bytes = b""
+    standing: tuple[Any, ...] | None = None
+    cubes: dict[Grid, Cube] = field(default_factory=dict)
+
+    def turn(self, rotation: np.ndarray) -> None:
+        """Points the rays as the sensor is turned."""
+        key = rotation.tobytes()
+        if key != self.turned_by:
+            self.columns[:] = rotation @ self.tubes.directions[:, : len(self.angle)]
+            self.table[:, 3:6] = self.columns.T
+            self.turned_by = key
+            self.grid = self.grid.turned(rotation)
+            self.memory.forget()
+
+
+class Scans:
+    """The scans of one radar as it is configured now: their rays, and what these brought back while nothing moved."""
+
+    def __init__(self, app: App, radar: RadarRuntime) -> None:
+        self._owner, self._of = weakref.ref(app), weakref.ref(radar)  # the App keeps the radar, which keeps this
+        self._path, self._config, self._exclude = radar.path, radar.config, radar.exclude
+        config = radar.config
+        self._custom = custom_frame(config.output_frame_of_reference, config.custom_frame_of_reference_trafo)
+        self._fans: dict[int, _Fan] = {}
+
+    @property
+    def _app(self) -> App:
+        return present_app(self._owner)
+
+    @property
+    def _radar(self) -> RadarRuntime:
+        radar = self._of()
+        assert radar is not None, "a radar outlives its scans"
+        return radar
+
+    def measure(self, tick: Tick, frame: int) -> Measurement:
+        """The detections of the scan whose turn it is in a frame of this number."""
+        cycle, number = divmod(frame, len(self._config.scans))
+        scan = self._config.scans[number]
+        facts = {"sensorID": 0, "scanIdx": number, "cycleCnt": cycle, **limits(Grid.of(scan, cycle))}
+        if not self._radar.channels():
+            return Measurement({}, 0, facts=facts)
+        cube = self.cube(tick, number, cycle)
+        noise = Noise(self._app.seed, self._path, frame)
+        found = detections(
+            as_chirps_give(cube) if scan.waveform else cube,
+            scan,
+            self._antenna(scan),
+            noise,
+            four=self._config.cfar_mode == "4D",
+            peaks=scan.waveform,
+        )
+        if len(found.rcs) == MOST_DETECTIONS:
+            self._app.warn(
+                "radar-frame-full",
+                self._path,
+                f"a frame holds the {MOST_DETECTIONS:,} strongest detections, the others are lost; raise cfarOffset, "
+                "cfarMinVal or the first of rcsTuningCoefficients",
+            )
+        return Measurement(
+            self._arrays(found, scan, tick), len(found.rcs) if self._radar.requested() else 0, facts=facts
+        )
+
+    def cube(self, tick: Tick, number: int, cycle: int) -> Cube:
+        """What a scan receives in one of its cycles, in cells, before it is detected."""
+        scan = self._config.scans[number]
+        grid = Grid.of(scan, cycle)
+        setting, fan = self._setting(tick, scan), self._fan(number)
+        standing = self._standing(setting)
+        if standing is None or standing != fan.standing or len(fan.cubes) >= KEPT_CUBES:
+            fan.standing = standing
+            fan.cubes.clear()
+        if grid not in fan.cubes:
+            fan.cubes[grid] = self._received(setting, scan, fan, grid)
+        return fan.cubes[grid]
+
+    def _received(self, setting: Setting, scan: ScanConfig, fan: _Fan, grid: Grid) -> Cube:
+        rotation, origin = setting.pose[:3, :3], setting.pose[:3, 3]
+        fan.turn(rotation)
+        owner, small = self._close_looks(setting, scan, fan)
+        bundle = RayBundle(
+            *(origin, fan.table, None, self._exclude, setting.seen, fan.grid),
+            columns=fan.columns,
+            memory=fan.memory,
+        )
+        tracer = Tracer(setting, grid)
+        beams = [tracer.beam(0, bundle, fan.angle, skip=small)]
+        first = end = len(fan.angle)
+        if owner is not None:
+            end += len(owner)
+            close = fan.tubes.part(first, end)
+            columns = (rotation @ close.directions).astype(np.float32)
+            table = np.empty((len(owner), 6), np.float32)
+            table[:, 3:6] = columns.T
+            bundle = RayBundle(origin, table, exclude=self._exclude, reach=setting.seen, columns=columns)
+            beams.append(tracer.beam(first, bundle, None, skip=np.zeros_like(small), owner=owner))
+        return merged(grid, tracer.parts(fan.tubes.part(0, end), beams))
+
+    def _standing(self, setting: Setting) -> tuple[Any, ...] | None:
+        """What decides what comes back: equal where nothing moved; None where surfaces deform."""
+        world, app = setting.world, self._app
+        if world.soft:
+            return None
+        carrier = app.fabric.body_of(self._path)
+        bodies = (*world.bodies, carrier) if carrier else world.bodies
+        twists = np.array((setting.poses or app.fabric.capture()).velocities(bodies)) if bodies else np.zeros(0)
+        return world, self._exclude, *(each.tobytes() for each in (setting.pose, setting.planes.bodies, twists))
+
+    def _antenna(self, scan: ScanConfig) -> Antenna:
+        falls = self._config.antenna_gain_mode != "CONSTANT"
+        return Antenna(scan.wavelength, scan.power_factor, falls, scan.pattern("tx"), scan.pattern("rx"))
+
+    def _setting(self, tick: Tick, scan: ScanConfig) -> Setting:
+        app = self._app
+        world = cast_world(app).facets
+        bodies = world.body_poses(tick.poses)
+        key = f"reflections {scan.wavelength}"
+        if key not in world.cache:
+            world.cache[key] = Reflections(surface_materials(app), scan.wavelength)
+        return Setting(
+            world=world,
+            planes=planes_of(world).at(np.zeros((0, 4, 4)) if bodies is None else bodies),
+            reflections=world.cache[key],
+            twists=self._twists(world, tick.poses),
+            antenna=self._antenna(scan),
+            reach=scan.max_range_m,
+            bounces=self._radar.bounces,
+            pose=self._radar.pose(tick.poses),
+            poses=tick.poses,
+            exclude=self._exclude,
+        )
+
+    def _twists(self, world: CastWorld, poses: Any) -> Twists:
+        app, place = self._app, self._radar.pose(poses)[:3, 3]
+        carrier, state = app.fabric.body_of(self._path), poses or app.fabric.capture()
+        bodies = twists_at(app, (*world.bodies, *((carrier,) if carrier else ())), place, state).T.astype(np.float64)
+        return Twists.of(bodies[: len(world.bodies)], bodies[-1] if carrier else None)
+
+    def _fan(self, number: int) -> _Fan:
+        if number not in self._fans:
+            scan = self._config.scans[number]
+            across, up = scan.grid(self._app.fidelity.radar_rays)
+            limit = scan.azimuth_limit
+            count = across * up
+            room = Tubes.room(count + count // SHARE)
+            tubes = room.part(0, count)
+            fill(tubes, (-limit, limit), scan.elevations, across, self._antenna(scan), stride=STRIDE)
+            self._fans[number] = _Fan(
+                room,
+                Grid.of(scan, 0).angles(tubes.azimuth, tubes.elevation)[0],
+                np.zeros((count, 6), np.float32),
+                np.zeros((3, count), np.float32),
+                RayGrid(tubes.directions.T),
+                RayMemory(),
+                2 * limit / across,
+            )
+        return self._fans[number]
+
+    def _close_looks(self, setting: Setting, scan: ScanConfig, fan: _Fan) -> tuple[np.ndarray | None, np.ndarray]:
+        """The surface (n,) of each of finer rays over what few rays of the fan meet; which those are, (s,) bool."""
+        world = setting.world
+        small = np.zeros(len(world.surfaces) + 1, bool)  # one more, for a miss
+        boxes = _boxes(world, self._exclude)
+        body, local = world.body_of[: len(boxes)], boxes
+        if len(world.surfaces) == 0:
+            return None, small
+        bodies = setting.planes.bodies
+        moving = np.flatnonzero(body >= 0)
+        if len(moving):
+            local = boxes.copy()
+            pose = bodies[body[moving]]
+            local[moving] = np.einsum("sij,scj->sci", pose[:, :3, :3], boxes[moving]) + pose[:, None, :3, 3]
+        corners = (local - setting.pose[:3, 3]) @ setting.pose[:3, :3]
+        found = windows(corners, scan.azimuth_limit, scan.elevations, fan.step, setting.reach)
+        owner = finer(found, fan.tubes, len(fan.angle), setting.antenna)
+        if owner is not None:
+            small[owner] = True
+        return owner, small
+
+    def _arrays(self, found: Detections, scan: ScanConfig, tick: Tick) -> dict[str, np.ndarray]:
+        """The requested channels."""
+        wanted, count = self._radar.channels(), len(found.rcs)
+        azimuth = np.rad2deg(found.azimuth).astype(np.float32)
+        elevation = np.rad2deg(found.elevation).astype(np.float32)
+        distance = found.range_m.astype(np.float32)
+        arrays = {
+            "azimuth": azimuth,
+            "elevation": elevation,
+            "distance": distance,
+            "scalar": found.rcs.astype(np.float32),
+            "timeOffsetNs": np.full(count, round(scan.time_offset_usec * 1000), np.int32),
+            "flags": np.full(count, int(ElementFlags.VALID), np.uint8),
+            "rv_ms": found.velocity.astype(np.float32),
+            "bounces": found.bounces,
+        }
+        turned = self._to_output(tick)
+        if "xyz" in wanted or turned is not None:
+            points = cartesian(azimuth, elevation, distance)
+            if turned is not None:
+                points = (points @ turned[:3, :3].T + turned[:3, 3]).astype(np.float32)
+                arrays |= dict(zip(("azimuth", "elevation", "distance"), spherical(points), strict=True))
+            arrays["xyz"] = points
+        return {name: array for name, array in arrays.items() if name in wanted}
+
+    def _to_output(self, tick: Tick) -> np.ndarray | None:
+        """(4, 4) from the sensor frame to the one given out; None where that is it."""
+        if self._config.output_frame_of_reference == "WORLD":
+            return self._radar.pose(tick.poses)
+        return self._custom
+
+
+def _boxes(world: CastWorld, exclude: frozenset[str]) -> np.ndarray:
+    """Corners (s, 8, 3) [m] of the boxes around rigid meshes, in the frames of their bodies; NaN for all else."""
+    key = f"boxes {sorted(exclude)}"
+    found: np.ndarray | None = world.cache.get(key)
+    if found is None:
+        found = np.full((len(world.surfaces), 8, 3), np.nan)
+        for number, surface in enumerate(world.surfaces):
+            if not isinstance(surface, Mesh) or not len(surface.vertices) or surface.source in world.soft:
+                continue
+            if not excluded(surface.path, exclude):
+                ends = np.stack((surface.vertices.min(axis=0), surface.vertices.max(axis=0)))
+                found[number] = [[ends[i, 0], ends[j, 1], ends[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
+        world.cache[key] = found
+    return found
