@@ -243,6 +243,19 @@ def test_checking_a_file_loads_usd_and_the_modules_of_its_own_nodes():
     assert loaded_after(code) == ["pxr"]
 
 
+def test_checking_the_yard_loads_nothing_that_measures():
+    """Its lidars, radar and camera are read and scheduled; what casts, traces and shades stays away."""
+    code = (
+        "import sys; from graph.cli.main import main\n"
+        "assert not main(['check', 'graphs/yard.yaml'])\n"
+        "own = ('lidar.scans', 'radar.scans', 'radar.tracing', 'camera.imager', 'raycast.world', 'raycast.triangles')\n"
+        "assert 'sensors.camera.runtime' in sys.modules\n"
+        "loaded = [name for name in own if f'sensors.{name}' in sys.modules]\n"
+        "assert loaded == [], loaded"
+    )
+    assert loaded_after(code) == ["pxr"]
+
+
 def test_every_module_imports_without_the_heavy_libraries():
     """Only files that own a library may need it at import; they are reached when their subject is."""
     owners = {name for name, path in MODULES.items() if "TID253" in path.read_text(encoding="utf8")}

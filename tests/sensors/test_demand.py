@@ -8,7 +8,7 @@ import pytest
 import sensors.replicator as rep
 from sensors import LidarSensor
 from sensors.channels import AUXILIARY, CHANNELS, POINT_CHANNELS, AuxLevel, Consumer, Demand
-from sensors.lidar import returns, runtime
+from sensors.lidar import returns, scans
 from sensors.lidar.authoring import Lidar
 from sensors.lidar.prim import write_config
 from sensors.prim import write_aux_level
@@ -33,7 +33,7 @@ def made(monkeypatch):
     for name, make in dict(returns.MAKERS).items():
         monkeypatch.setitem(returns.MAKERS, name, counting(name, make))
     for name, function in TABLES.items():
-        monkeypatch.setattr(runtime, function, counting(name, getattr(runtime, function)))
+        monkeypatch.setattr(scans, function, counting(name, getattr(scans, function)))
     return counts
 
 
