@@ -52,7 +52,7 @@ def curved_again(setting: Setting, tubes: Tubes, met: Met) -> list[Arrivals]:
 
 def _bent(setting: Setting, tubes: Tubes, met: Met, back: np.ndarray) -> Met:
     """Those that meet faces of curved surfaces within reach of their lobes; back: (k, 3), the ways back."""
-    rows = np.flatnonzero(setting.curved[met.plane])
+    rows = np.flatnonzero(setting.faces.curved[met.plane])
     met, back = met.at(rows), back[rows]
     each, wave, plane, (wide, bend) = met.each, met.wave, met.plane, setting.planes.widths(setting.antenna.wavelength)
     ways = 1.0 + _dot(wave["direction"], back)
@@ -87,13 +87,13 @@ def _glint(setting: Setting, tubes: Tubes, met: Met, ways: np.ndarray) -> np.nda
     across -= straight * (along / np.maximum(length, 1e-300))[:, None]
     lobe = np.exp(-0.5 * np.einsum("pa,pab,pb->p", across, inverse, across)) * np.sqrt(np.linalg.det(inverse))
     lobe *= np.sinc(along) ** 2
-    left = np.abs(wave["field"] * setting.reflections.amplitude[each["table"]]) ** 2
+    left = np.abs(wave["field"] * setting.reflections.tables.amplitude[each["table"]]) ** 2
     return np.asarray(setting.antenna.receives * left * tubes.solid[row] * wide * lobe / (2.0 * cosine))
 
 
 def _surface_keys(setting: Setting, met: Met) -> np.ndarray:
     """(k,) uint64 of the surface that sends back and of the mirrors on the way."""
-    surface = np.take(setting.surfaces, met.plane).astype(np.uint64)
+    surface = np.take(setting.faces.surface, met.plane).astype(np.uint64)
     return np.asarray(surface + np.take(met.waves.images.key, met.waves.image.take(met.each["wave"])))
 
 

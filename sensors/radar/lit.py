@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,11 +17,11 @@ from sensors.compiled import compiled
 from sensors.raycast.rays import NOTHING, Hits, RayBundle
 
 from .images import Images
-from .materials import STEPS
+from .materials import Tables
 from .planes import NO_PLANE
 from .rays import Tubes
 from .scattering import MIRROR, Arrivals
-from .waves import FAINTEST, GRAZING, WAVE, Setting, Waves, with_hits
+from .waves import FAINTEST, GRAZING, WAVE, Faces, Setting, Waves, with_hits
 
 WIDEST = 6.0
 """Turns of phase over a tube up to which it counts for a flat face: inside a face wider ones cancel to nothing, and an
@@ -28,9 +29,6 @@ edge they cannot resolve."""
 
 LEAST_M = np.float32(1e-12)
 """Distances below this [m] count as this."""
-
-NOTHING_KNOWN = -1
-"""Where the surface is found that has no number."""
 
 MIRRORS, BENDS, LEADS = 1, 2, 4
 """What becomes of a tube at its first face: it is near its mirror reflection; the surface is curved; it goes on."""
@@ -77,119 +75,147 @@ class Lit:
     kind: np.ndarray
 
 
+class Ahead(NamedTuple):
+    """What a block of n tubes meets, of a beam of b.
+
+    first_tube, first_hit: where the block starts among all tubes, and in the beam. direction: (3, b), of the beam's
+    rays in the world's axes. distance: (n,) float32 [m]; face: (n,) that are met; owner: as in `Beam`, (0,) for None;
+    skip: as there.
+    """
+
+    first_tube: int
+    first_hit: int
+    direction: np.ndarray
+    distance: np.ndarray
+    face: np.ndarray
+    owner: np.ndarray
+    skip: np.ndarray
+
+
+class Limits(NamedTuple):
+    """What a tube must keep to count. seen: farthest [m]; grazing: least cosine of incidence, mirror: near a mirror
+    reflection; faintest: least amplitude of what is followed, if the radar follows anything.
+    """
+
+    seen: np.float32
+    grazing: float
+    mirror: float
+    faintest: float
+    follows: bool
+
+
+class Scale(NamedTuple):
+    """What the wavelength makes of a tube. received: of 4 m^2 at 1 m [W m^2]; turning: turns of phase, over `WIDEST`,
+    on a way of 1 m.
+    """
+
+    received: np.float32
+    turning: np.float32
+
+
+class Found(NamedTuple):
+    """Room for what a block of n tubes brings: rows of scattered power, and rows of waves whose phase counts.
+
+    range_m, velocity, azimuth, height, power: (n,) float32, of `Arrivals`, and tube: (n,) int64 of the block. wave:
+    (n,) of `WAVE`; hit, plane: (n,) int64, and kind: (n,) uint8, as in `Lit`.
+    """
+
+    range_m: np.ndarray
+    velocity: np.ndarray
+    azimuth: np.ndarray
+    height: np.ndarray
+    power: np.ndarray
+    tube: np.ndarray
+    wave: np.ndarray
+    hit: np.ndarray
+    plane: np.ndarray
+    kind: np.ndarray
+
+    @classmethod
+    def room(cls, count: int) -> Found:
+        """Arrays for so many, to be filled."""
+        kinds = *[np.float32] * 5, np.int64, WAVE, np.int64, np.int64, np.uint8
+        return cls(*(np.empty(count, kind) for kind in kinds))
+
+
 def lit(setting: Setting, tubes: Tubes, beam: Beam, part: slice) -> Lit:
     """What some tubes of a beam meet. Cross section of rough faces 4 x share x area x cosine squared (Lambert)."""
-    hits, faces = beam.hits, setting.faces
+    hits, faces, antenna = beam.hits, setting.faces, setting.antenna
     distance, plane = hits.distance[part], setting.planes.of_hits(hits, part)
-    face = plane
-    straight, tubes = tubes.directions, tubes.part(beam.first + part.start, beam.first + part.stop)
+    first, face = beam.first + part.start, plane
     if setting.deforms:
         single = np.flatnonzero((plane == NO_PLANE) & (hits.number[part] != NOTHING))
-        point = tubes.directions[:, single].T * distance[single, None]
+        point = tubes.directions[:, first + single].T * distance[single, None]
         face, faces = with_hits(setting, plane, hits, single + part.start, single, point)
-    scattered, rough = np.empty((5, len(plane)), np.float32), np.empty(len(plane), np.int64)
-    waves, kinds = np.empty(len(plane), WAVE), np.empty(len(plane), np.uint8)
-    met, planes = np.empty(len(plane), np.int64), np.empty(len(plane), np.int64)
-    antenna, reflections = setting.antenna, setting.reflections
     owner = _NONE if beam.owner is None else beam.owner[part]
+    ahead = Ahead(first, part.start, beam.bundle.directions, distance, face, owner, beam.skip)
     linear = (faces.linear @ setting.rotation.T).astype(np.float32)
-    received, turning = np.float32(4.0 * antenna.receives), np.float32(2.0 / (WIDEST * antenna.wavelength))
-    limits = np.float32(setting.seen), GRAZING, MIRROR, FAINTEST
-    # fmt: off
-    found, special = _lit(
-        distance, face, owner, beam.skip, setting.surfaces, setting.curved,
-        faces.height, faces.table, faces.body, linear, reflections.diffuse, reflections.amplitude, STEPS,
-        beam.bundle.directions, straight, tubes.azimuth, tubes.elevation,
-        tubes.weight, tubes.width, tubes.height, tubes.wide, received, turning, limits, setting.bounces > 1,
-        beam.first + part.start, part.start, scattered, rough, waves, met, planes, kinds,
-    )
-    # fmt: on
-    back = Arrivals.of(scattered[:, :found], 1)
+    limits = Limits(np.float32(setting.seen), GRAZING, MIRROR, FAINTEST, setting.bounces > 1)
+    scale = Scale(np.float32(4.0 * antenna.receives), np.float32(2.0 / (WIDEST * antenna.wavelength)))
+    found = Found.room(len(plane))
+    scattered, special = _lit(ahead, tubes, faces, linear, setting.reflections.tables, limits, scale, found)
+    back = Arrivals.of((column[:scattered] for column in found[:5]), 1)
     if beam.angle is not None:
-        back.angle = beam.angle[part].take(rough[:found])
-    started = Waves(1, Images.none(), np.zeros(special, np.int32), waves[:special])
-    return Lit(back, started, met[:special], planes[:special], kinds[:special])
+        back.angle = beam.angle[part].take(found.tube[:scattered])
+    wave, hit, plane, kind = (column[:special] for column in found[6:])
+    return Lit(back, Waves(1, Images.none(), np.zeros(special, np.int32), wave), hit, plane, kind)
 
 
 @compiled
 def _lit(
-    distance: np.ndarray,
-    faces: np.ndarray,
-    owner: np.ndarray,
-    skip: np.ndarray,
-    surfaces: np.ndarray,
-    curved: np.ndarray,
-    heights: np.ndarray,
-    tables: np.ndarray,
-    body: np.ndarray,
+    ahead: Ahead,
+    tubes: Tubes,
+    faces: Faces,
     linear: np.ndarray,
-    diffuse: np.ndarray,
-    amplitude: np.ndarray,
-    steps: int,
-    direction: np.ndarray,
-    straight: np.ndarray,
-    azimuth: np.ndarray,
-    elevation: np.ndarray,
-    weight: np.ndarray,
-    width: np.ndarray,
-    height: np.ndarray,
-    wide: np.ndarray,
-    received: np.float32,
-    turning: np.float32,
-    limits: tuple[np.float32, float, float, float],
-    follows: bool,
-    first_tube: int,
-    first_hit: int,
-    scattered: np.ndarray,
-    rough: np.ndarray,
-    waves: np.ndarray,
-    hits: np.ndarray,
-    planes: np.ndarray,
-    kinds: np.ndarray,
+    tables: Tables,
+    limits: Limits,
+    scale: Scale,
+    found: Found,
 ) -> tuple[int, int]:
-    """Writes what is scattered (5, n), of which rows, and the waves whose phase counts, with their kinds; counts
-    both. direction: (3, n) in the world's axes, straight: in the sensor's; received: of 4 m^2 at 1 m [W m^2]; turning:
-    turns of phase, over `WIDEST`, on a way of 1 m.
+    """Writes what is scattered, and the waves whose phase counts; counts both. linear: (b, 3) float32, the velocities
+    of the bodies in the world's axes [m/s].
     """
-    found = special = 0
-    seen, grazing, mirror, faintest = limits
-    known = len(curved) - 1
-    for row in range(len(distance)):
-        way, face = max(distance[row], LEAST_M), faces[row]
-        if not way < seen:
+    scattered = special = 0
+    for row in range(len(ahead.distance)):
+        way, face = max(ahead.distance[row], LEAST_M), ahead.face[row]
+        tube, hit = ahead.first_tube + row, ahead.first_hit + row
+        if not way < limits.seen:
             continue
-        surface = surfaces[face] if face < known else NOTHING_KNOWN
-        if (len(owner) and owner[row] != surface) or skip[surface]:
+        surface = faces.surface[face]
+        if (len(ahead.owner) and ahead.owner[row] != surface) or ahead.skip[surface]:
             continue
         inverse = np.float32(1) / way
-        cosine = min(np.float32(abs(heights[face])) * inverse, np.float32(1))
-        table = tables[face] + min(int(cosine * steps), steps - 1)
-        power = diffuse[table] * cosine * weight[row] * received * inverse * inverse
+        cosine = min(np.float32(abs(faces.height[face])) * inverse, np.float32(1))
+        table = faces.table[face] + min(int(cosine * tables.steps), tables.steps - 1)
+        power = tables.diffuse[table] * cosine * tubes.weight[tube] * scale.received * inverse * inverse
         if power > 0:
-            own, rate = body[face], np.float32(0)
+            own, rate = faces.body[face], np.float32(0)
             for axis in range(3):
-                rate += linear[own, axis] * direction[axis, first_hit + row]
-            scattered[0, found], scattered[1, found], scattered[4, found] = way, rate, power
-            scattered[2, found], scattered[3, found], rough[found] = azimuth[row], elevation[row], row
-            found += 1
-        if cosine <= grazing:
+                rate += linear[own, axis] * ahead.direction[axis, hit]
+            found.range_m[scattered], found.velocity[scattered], found.power[scattered] = way, rate, power
+            found.azimuth[scattered], found.height[scattered] = tubes.azimuth[tube], tubes.elevation[tube]
+            found.tube[scattered] = row
+            scattered += 1
+        if cosine <= limits.grazing:
             continue
         kind = 0
-        if face < known and curved[face]:
+        if faces.curved[face]:
             kind = BENDS
         else:
-            turns = max(width[row], height[row]) * way * turning
+            turns = max(tubes.width[tube], tubes.height[tube]) * way * scale.turning
             square = cosine * cosine
-            if cosine > mirror and turns * turns * (1 - square) < square:
+            if cosine > limits.mirror and turns * turns * (1 - square) < square:
                 kind |= MIRRORS
-            left = amplitude[table]
-            if follows and wide[row] > 0 and 0 <= face < known and left.real**2 + left.imag**2 > faintest**2:
+            left = tables.amplitude[table]
+            strong = left.real**2 + left.imag**2 > limits.faintest**2
+            if limits.follows and tubes.wide[tube] > 0 and 0 <= face < faces.planes and strong:
                 kind |= LEADS
         if kind:
-            wave = waves[special]
-            wave.row, wave.travelled, wave.field, wave.wide = first_tube + row, 0.0, 1.0, 1.0
+            wave = found.wave[special]
+            wave.row, wave.travelled, wave.field, wave.wide = tube, 0.0, 1.0, 1.0
             for axis in range(3):
-                wave.direction[axis] = straight[axis, first_tube + row]
-            hits[special], planes[special], kinds[special] = first_hit + row, face if face < known else -1, kind
+                wave.direction[axis] = tubes.directions[axis, tube]
+            found.hit[special], found.kind[special] = hit, kind
+            found.plane[special] = face if face < faces.planes else -1
             special += 1
-    return found, special
+    return scattered, special

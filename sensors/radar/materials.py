@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from sensors.surfaces.materials import decode
@@ -42,12 +44,20 @@ BASES: dict[str, Medium] = {
 """Base of a non-visual material -> its medium. A surface whose material says nothing is a smooth conductor."""
 
 
-class Reflections:
-    """Reflection of the surfaces of a world at one wavelength, as tables over the cosine of incidence.
+class Tables(NamedTuple):
+    """Reflection over the cosine of incidence, `steps` places one after the other for each material.
 
-    materials: (n,) encoded ones, of every surface. A surface has `STEPS` places one after the other. amplitude:
-    complex64; diffuse: share of the power that a rough surface scatters to all sides (Lambert), float32.
+    amplitude: complex64, what is reflected coherently; diffuse: float32, share of the power that a rough surface
+    scatters to all sides (Lambert).
     """
+
+    amplitude: np.ndarray
+    diffuse: np.ndarray
+    steps: int
+
+
+class Reflections:
+    """Reflection of the surfaces of a world at one wavelength; materials: (n,) encoded ones, of every surface."""
 
     def __init__(self, materials: np.ndarray, wavelength: float) -> None:
         known, which = np.unique(np.asarray(materials, np.int64), return_inverse=True)
@@ -55,12 +65,9 @@ class Reflections:
         media = [BASES[decode(int(number))[0]] for number in known] or [BASES["none"]]
         smooth = [reflection(Medium(m.a, m.c, m.d, m.b, thickness=m.thickness), cosine, wavelength) for m in media]
         rough = [reflection(medium, cosine, wavelength) for medium in media]
-        self.amplitude = np.array(rough, np.complex64).reshape(-1)
-        """Amplitudes that are reflected coherently, by place."""
         lost = [np.abs(s) ** 2 - np.abs(r) ** 2 for s, r in zip(smooth, rough, strict=True)]
-        self.diffuse = np.array(lost, np.float32).reshape(-1)
-        """Shares of the power that are scattered, by place."""
-        self.scatters = bool((self.diffuse > 1e-6).any())
+        self.tables = Tables(np.array(rough, np.complex64).reshape(-1), np.array(lost, np.float32).reshape(-1), STEPS)
+        self.scatters = bool((self.tables.diffuse > 1e-6).any())
         """Whether any surface is rough."""
         self._of_surface = (which * STEPS).astype(np.int32) if len(materials) else np.zeros(1, np.int32)
 

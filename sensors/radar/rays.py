@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,8 +19,7 @@ SHARE = 4
 """All meshes together get at most one ray for so many of the fan."""
 
 
-@dataclass(frozen=True, slots=True)
-class Tubes:
+class Tubes(NamedTuple):
     """Rays as tubes that fill a solid angle, in the sensor frame; n of them.
 
     directions: (3, n) float64 unit. azimuth, elevation: (n,) sines of the angles. width, height: (n,) angles across and
@@ -40,17 +39,14 @@ class Tubes:
     weight: np.ndarray
     wide: np.ndarray
 
-    def __len__(self) -> int:
-        return len(self.solid)
-
     @classmethod
     def room(cls, count: int) -> Tubes:
         """Arrays for so many, to be filled (`fill`)."""
-        return cls(np.empty((3, count)), *(np.empty(count, np.float32) for _ in fields(cls)[1:]))
+        return cls(np.empty((3, count)), *(np.empty(count, np.float32) for _ in cls._fields[1:]))
 
     def part(self, first: int, end: int) -> Tubes:
         """Some of them; the arrays are parts of these."""
-        return Tubes(*(getattr(self, each.name)[..., first:end] for each in fields(self)))
+        return Tubes(*(each[..., first:end] for each in self))
 
 
 def fill(
@@ -66,16 +62,13 @@ def fill(
 
     The middle of each step is a ray. stride: every so many are followed after a reflection, across and up.
     """
-    up = len(tubes) // across
+    up = len(tubes.solid) // across
     da, de = (azimuth[1] - azimuth[0]) / across, (elevation[1] - elevation[0]) / up
     a = azimuth[0] + (np.arange(across) + 0.5) * da
     e = elevation[0] + (np.arange(up) + 0.5) * de
     solid = da * (np.sin(e + de / 2) - np.sin(e - de / 2))
     lines, rows = (np.cos(a), np.sin(a)), (np.cos(e), np.sin(e), solid)
-    _fill(
-        *(lines, rows, da, de, stride),
-        *(tubes.directions, tubes.azimuth, tubes.elevation, tubes.width, tubes.height, tubes.solid, tubes.wide),
-    )
+    _fill(lines, rows, da, de, stride, tubes)
     tubes.sends[:] = antenna.sends(tubes.directions)
     tubes.hears[:] = tubes.sends if antenna.rx is antenna.tx else antenna.hears(tubes.directions)
     np.multiply(tubes.solid, tubes.sends, out=tubes.weight)
@@ -89,25 +82,21 @@ def _fill(
     da: float,
     de: float,
     stride: int,
-    directions: np.ndarray,
-    azimuth: np.ndarray,
-    elevation: np.ndarray,
-    width: np.ndarray,
-    height: np.ndarray,
-    solid: np.ndarray,
-    wide: np.ndarray,
+    tubes: Tubes,
 ) -> None:
-    """Writes tubes row by row; columns: cosines and sines of azimuths, rows: those of elevations, and solid angles."""
+    """Writes tubes, but for gains and weights, row by row; columns: cosines and sines of azimuths, rows: those of
+    elevations, and solid angles.
+    """
     (ahead, side), (level, high, angle) = columns, rows
     at = 0
     for row in range(len(level)):
         for column in range(len(ahead)):
-            directions[0, at] = level[row] * ahead[column]
-            directions[1, at] = level[row] * side[column]
-            directions[2, at] = high[row]
-            azimuth[at], elevation[at], solid[at] = side[column], high[row], angle[row]
-            width[at], height[at] = da * level[row], de
-            wide[at] = stride if row % stride == 0 and column % stride == 0 else 0
+            tubes.directions[0, at] = level[row] * ahead[column]
+            tubes.directions[1, at] = level[row] * side[column]
+            tubes.directions[2, at] = high[row]
+            tubes.azimuth[at], tubes.elevation[at], tubes.solid[at] = side[column], high[row], angle[row]
+            tubes.width[at], tubes.height[at] = da * level[row], de
+            tubes.wide[at] = stride if row % stride == 0 and column % stride == 0 else 0
             at += 1
 
 

@@ -150,16 +150,15 @@ class Scans:
         )
         tracer = Tracer(setting, grid)
         beams = [tracer.beam(0, bundle, fan.angle, skip=small)]
-        first = end = len(fan.angle)
         if owner is not None:
-            end += len(owner)
-            close = fan.tubes.part(first, end)
+            first = len(fan.angle)
+            close = fan.tubes.part(first, first + len(owner))
             columns = (rotation @ close.directions).astype(np.float32)
             table = np.empty((len(owner), 6), np.float32)
             table[:, 3:6] = columns.T
             bundle = RayBundle(origin, table, exclude=self._exclude, reach=setting.seen, columns=columns)
             beams.append(tracer.beam(first, bundle, None, skip=np.zeros_like(small), owner=owner))
-        return merged(grid, tracer.parts(fan.tubes.part(0, end), beams))
+        return merged(grid, tracer.parts(fan.tubes, beams))
 
     def _standing(self, setting: Setting) -> tuple[Any, ...] | None:
         """What decides what comes back: equal where nothing moved; None where surfaces deform."""

@@ -11,6 +11,7 @@ A rough face scatters part of the power by Lambert's law, which adds up as power
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -56,8 +57,8 @@ class Arrivals:
             setattr(self, name, np.ascontiguousarray(getattr(self, name), np.float32))
 
     @classmethod
-    def of(cls, columns: np.ndarray, bounces: int) -> Arrivals:
-        """Of (5, k): range, velocity, sines and power."""
+    def of(cls, columns: Iterable[np.ndarray], bounces: int) -> Arrivals:
+        """Of columns (k,): range, velocity, sines and power."""
         range_m, velocity, azimuth, height, power = columns
         return cls(range_m, velocity, azimuth, height, power, bounces=bounces)
 
@@ -103,7 +104,7 @@ def facing(setting: Setting, met: Met) -> Facing:
         *(np.empty(count, np.int64), np.empty(count, bool), np.empty(count)),
         *(np.empty((count, 6), np.float32), np.empty((count, 3), np.float32)),
     )
-    tables = met.faces.planes, setting.curved, setting.reflections.diffuse, setting.rotation
+    tables = met.faces.planes, setting.faces.curved, setting.reflections.tables.diffuse, setting.rotation
     count = _facing(met.waves.each, met.each, *tables, 2.0 * setting.seen, *found)
     return Facing(*(each[:count] for each in found))
 
@@ -112,7 +113,7 @@ def again(setting: Setting, tubes: Tubes, met: Met) -> Arrivals:
     """What rough faces, met after others, send back along the way on which the wave came."""
     found = np.empty((5, len(met)), np.float32)
     own = tubes.weight, tubes.azimuth, tubes.elevation
-    received, diffuse = 4.0 * setting.antenna.receives, setting.reflections.diffuse
+    received, diffuse = 4.0 * setting.antenna.receives, setting.reflections.tables.diffuse
     count = _again(met.waves.each, met.each, diffuse, *own, received, setting.seen, found)
     return Arrivals.of(found[:, :count], met.waves.bounce)
 
@@ -122,7 +123,7 @@ def rough(setting: Setting, tubes: Tubes, met: Met, seen: Facing) -> Arrivals:
     antenna, back = setting.antenna, seen.back.T
     gains, found = (antenna.sends(back), antenna.hears(back)), np.empty((5, 2 * len(seen.row)), np.float32)
     own = tubes.solid, tubes.sends, tubes.hears, tubes.azimuth, tubes.elevation
-    received, diffuse = 4.0 * antenna.receives, setting.reflections.diffuse
+    received, diffuse = 4.0 * antenna.receives, setting.reflections.tables.diffuse
     count = _rough(met.waves.each, met.each, seen.row, diffuse, *own, *gains, received, found)
     return Arrivals.of(found[:, :count], met.waves.bounce)
 
@@ -139,7 +140,7 @@ def flat(setting: Setting, tubes: Tubes, met: Met, rows: np.ndarray, back: np.nd
     _flat(
         *(met.waves.image, met.waves.each, met.each, rows, met.faces.normal, setting.keys, images.key, images.turn),
         *(tubes.azimuth, tubes.elevation, tubes.width, tubes.height, tubes.solid, tubes.sends),
-        *(hears, back is None, setting.reflections.amplitude),
+        *(hears, back is None, setting.reflections.tables.amplitude),
         *(antenna.wavelength, math.sqrt(antenna.power) / (4.0 * math.pi)),
         *(found, zone, group, turns, field),
     )

@@ -43,13 +43,16 @@ class Faces(NamedTuple):
     """What waves may meet: planes, after them single hits of what deforms, last nothing, which `NO_PLANE` finds.
 
     normal: (f, 3) float64, in the sensor's axes; height: (f,) float64 [m] of the radar over them; table: (f,) int32,
-    their first places in the reflection tables; linear, angular: (b, 3) float64, twists of bodies (`Twists`), and body:
-    (f,) int64, whose each has. planes: how many of them are.
+    their first places in the reflection tables; surface: (f,) int32, and curved: (f,) bool, of planes, else
+    `NO_SURFACE` and False; linear, angular: (b, 3) float64, twists of bodies (`Twists`), and body: (f,) int64, whose
+    each has. planes: how many of them are.
     """
 
     normal: np.ndarray
     height: np.ndarray
     table: np.ndarray
+    surface: np.ndarray
+    curved: np.ndarray
     body: np.ndarray
     linear: np.ndarray
     angular: np.ndarray
@@ -63,9 +66,8 @@ class Setting:
     pose: (4, 4) float64 sensor to world [m]. poses: the state, for the caster (None: now). reach: farthest range [m].
     bounces: most faces on a way. exclude: prims that are not there. twists: of the bodies, world axes.
 
-    Derived, the last of each for no plane: faces; surfaces: (p + 1,) of planes; keys: (p + 1,) of their
-    patches (`plane_keys`); curved: (p + 1,) bool. speeds:
-    the twists in the sensor's axes. deforms: whether any surface does; spots: whether hits need theirs.
+    Derived: faces; keys: (p + 1,) of the planes' patches (`plane_keys`), the last for no plane; speeds: the twists in
+    the sensor's axes; deforms: whether any surface does; spots: whether hits need theirs.
     """
 
     world: CastWorld
@@ -79,9 +81,7 @@ class Setting:
     poses: Any = None
     exclude: frozenset[str] = frozenset()
     faces: Faces = field(init=False)
-    surfaces: np.ndarray = field(init=False)
     keys: np.ndarray = field(init=False)
-    curved: np.ndarray = field(init=False)
     speeds: Twists = field(init=False)
     deforms: bool = field(init=False)
     spots: bool = field(init=False)
@@ -93,14 +93,14 @@ class Setting:
             np.concatenate((planes.normal @ self.rotation, np.zeros((1, 3)))),
             np.append(planes.offset - planes.normal @ self.pose[:3, 3], 0.0),
             np.append(self.reflections.of_surfaces(planes.surface), np.int32(0)),
+            np.append(planes.surface, np.int32(NO_SURFACE)),
+            np.append(planes.curved, False),
             planes.body,
             self.speeds.linear,
             self.speeds.angular,
             len(planes.normal),
         )
-        self.surfaces = np.append(planes.surface, np.int32(NO_SURFACE))
         self.keys = np.append(plane_keys(planes.patch), np.uint64(0))
-        self.curved = np.append(planes.curved, False)
         self.deforms = bool(self.world.deforming.any())
         self.spots = self.deforms or bool(len(planes.bodies_seen(self.exclude)))
 
@@ -261,6 +261,8 @@ def with_hits(
         _before_last(faces.normal, normal),
         _before_last(faces.height, (normal * point).sum(axis=1)),
         _before_last(faces.table, setting.reflections.of_surfaces(surface)),
+        _before_last(faces.surface, np.full(len(row), NO_SURFACE)),
+        _before_last(faces.curved, np.zeros(len(row))),
         _before_last(faces.body, len(faces.linear) - 1 + order),
         _before_last(faces.linear, faces.linear[-1] + within),
         _before_last(faces.angular, np.tile(faces.angular[-1], (len(row), 1))),
@@ -293,7 +295,7 @@ def reflected(setting: Setting, tubes: Tubes, met: Met, rows: np.ndarray) -> Sen
     count, waves = len(rows), met.waves
     sent, mirror = np.empty(count, WAVE), np.empty(count, np.int64)
     rays, offsets = np.empty((count, 6), np.float32), np.empty((count, 3), np.float32)
-    tables = tubes.wide, setting.reflections.amplitude, setting.curved, setting.rotation
+    tables = tubes.wide, setting.reflections.tables.amplitude, setting.faces.curved, setting.rotation
     count = _reflect(met.faces, waves.image, waves.each, met.each, rows, *tables, sent, mirror, rays, offsets)
     return Sent(sent[:count], mirror[:count], rays[:count], offsets[:count])
 

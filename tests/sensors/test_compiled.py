@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -38,6 +39,20 @@ def test_a_compiled_loop_calls_another_of_its_file_for_each_type(kind):
 def test_division_by_zero_is_numpys():
     assert quotient(1.0, 0.0) == np.inf
     assert np.isnan(quotient(0.0, 0.0))
+
+
+class Pair(NamedTuple):
+    first: float
+    second: float
+
+
+@compiled
+def second(pair):
+    return pair.second
+
+
+def test_a_function_may_have_the_name_of_an_attribute_that_it_reads():
+    assert second(Pair(1.0, 2.0)) == 2.0
 
 
 def test_a_compiled_function_keeps_its_name_and_text():
