@@ -49,13 +49,13 @@ $(VENV)/python.stamp: $(PINS)
 	@touch $@
 
 $(VENV)/run.stamp: $(VENV)/python.stamp pyproject.toml $(PINS)
-	@echo "installing into $(VENV): about 1 GB on disk"
+	@echo "installing into $(VENV): about 1.2 GB on disk"
 	$(PIP) install -c $(PINS) --no-build-isolation --editable .
 	$(COMPILE)
 	@touch $@
 
 $(VENV)/dev.stamp: $(VENV)/python.stamp pyproject.toml $(PINS)
-	@echo "installing into $(VENV): about 1 GB on disk"
+	@echo "installing into $(VENV): about 1.6 GB on disk"
 	$(PIP) install -c $(PINS) --no-build-isolation --editable '.[dev,gl,foxglove,dds,zenoh]'
 	$(COMPILE)
 	@touch $@ $(VENV)/run.stamp
