@@ -56,10 +56,11 @@ class Compiled(Generic[P, R]):
             raise UserError(f"Numba does not import ({error}). Run `graph doctor` to see what is missing") from error
         function = self._function
         names = function.__globals__
-        named = {
-            name: names.get(name) for name in function.__code__.co_names if names.get(name) is not self
-        }  # attributes too
-        used = {name: one.code for name, one in named.items() if isinstance(one, Compiled)}
+        used = {  # `co_names` has attributes too: one of them may be called as this function is
+            name: one.code
+            for name in function.__code__.co_names
+            if isinstance(one := names.get(name), Compiled) and one is not self
+        }
         plain = FunctionType(function.__code__, {**names, **used}, function.__name__, function.__defaults__)
         update_wrapper(plain, function)
         _tell_of_compiling()

@@ -53,6 +53,8 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
         """Forgets the rays of an earlier lens; those of this one are made when they are first needed."""
         if self.config.shutter is not None:
             self.look_back(2 * self.config.shutter.duration(self.config.size))
+        if self._imager is not None:
+            self._imager.reset()  # frees what OpenGL holds
         self._imager = None
 
     def require(

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from sensors.compiled import compiled
+from sensors.raycast.rays import COMMON
 from sensors.raycast.shadows import Shadows
 
 from .lights import Lighting, irradiance
@@ -81,7 +82,7 @@ def _places(view: View, rows: np.ndarray) -> np.ndarray:
         rows,
         view.hits.distance,
         bundle.directions,
-        _NO_OFFSETS if bundle.offsets is None else bundle.offsets,
+        COMMON if bundle.offsets is None else bundle.offsets,
         view.facing_normals(),
         _FLAT if lift is None else lift,
         found,
@@ -89,7 +90,8 @@ def _places(view: View, rows: np.ndarray) -> np.ndarray:
     return found
 
 
-_NO_OFFSETS, _FLAT = np.zeros((0, 3), np.float32), np.zeros(0, np.float32)
+_FLAT = np.zeros(1, np.float32)
+"""The lift of all rays, where no surface is smooth."""
 
 
 @compiled
@@ -102,15 +104,12 @@ def _raise(
     lift: np.ndarray,
     out: np.ndarray,
 ) -> None:
-    """ways: (3, n); offsets: (n, 3) or nothing; lift: (n,) or nothing; out: (3, 3, k) as of `_places`."""
+    """ways: (3, n); offsets: (n, 3), lift: (n,), or one row for all rays; out: (3, 3, k) as of `_places`."""
     for at, ray in enumerate(rows):
-        height = np.float32(2e-4) + np.float32(2e-6) * distance[ray]
-        if len(lift):
-            height += lift[ray]
+        own = min(ray, len(offsets) - 1)
+        height = np.float32(2e-4) + np.float32(2e-6) * distance[ray] + lift[min(ray, len(lift) - 1)]
         for axis in range(3):
-            point = ways[axis, ray] * distance[ray]
-            if len(offsets):
-                point += offsets[ray, axis]
+            point = ways[axis, ray] * distance[ray] + offsets[own, axis]
             out[0, axis, at], out[1, axis, at] = point, normals[ray, axis]
             out[2, axis, at] = point + normals[ray, axis] * height
 
