@@ -25,10 +25,12 @@ if TYPE_CHECKING:
     from .annotators.types import AnnotatorType
     from .authoring import bind_material, exclude
     from .callbacks import on_frame
-    from .camera.authoring import CameraView, RtxCamera
+    from .camera.authoring import RtxCamera
+    from .camera.camera_view import CameraView
     from .camera.depth_camera import SingleViewDepthCameraSensor
-    from .camera.sensor import CameraSensor, TiledCameraSensor
+    from .camera.sensor import CameraSensor
     from .camera.structured_light import StructuredLightCamera, write_directions
+    from .camera.tiled_sensor import TiledCameraSensor
     from .channels import Channel
     from .gmo import (
         AuxType,
@@ -68,7 +70,7 @@ _HOMES = {
     "AnnotatorType": "annotators.types",
     "AuxType": "gmo",
     "CameraSensor": "camera.sensor",
-    "CameraView": "camera.authoring",
+    "CameraView": "camera.camera_view",
     "Channel": "channels",
     "CoordsType": "gmo",
     "Corrupted": "wrappers",
@@ -96,7 +98,7 @@ _HOMES = {
     "SensorType": "sensor_types",
     "SingleViewDepthCameraSensor": "camera.depth_camera",
     "StructuredLightCamera": "camera.structured_light",
-    "TiledCameraSensor": "camera.sensor",
+    "TiledCameraSensor": "camera.tiled_sensor",
     "bind_material": "authoring",
     "create_render_product": "replicator",
     "exclude": "authoring",

@@ -42,7 +42,7 @@ class SingleViewDepthCameraSensor(CameraSensor):
     @property
     def stereo(self) -> StereoDepth:
         """The values in use."""
-        return read_stereo(self.camera.app.stage.GetPrimAtPath(self.render_product.path))
+        return read_stereo(self._app.stage.GetPrimAtPath(self.render_product.path))
 
     def set_sensor_baseline(self, baseline: float | None) -> None:
         """Sets the distance of the two imagers [mm]."""
@@ -97,7 +97,7 @@ class SingleViewDepthCameraSensor(CameraSensor):
         from graph.sim.usd import Sdf, Usd
 
         assert value is not None, f"give {name}"
-        app, path = self.camera.app, self.render_product.path
+        app, path = self._app, self.render_product.path
         with Usd.EditContext(app.stage, app.stage.GetSessionLayer()):
             prim = app.stage.GetPrimAtPath(path)
             prim.CreateAttribute(PREFIX + name, getattr(Sdf.ValueTypeNames, kind), custom=False).Set(value)
@@ -107,7 +107,7 @@ class SingleViewDepthCameraSensor(CameraSensor):
         """Takes what a configuration or an asset says of the camera's render product."""
         from sensors.configs.cameras import template_path
 
-        template = self.camera.app.stage.GetPrimAtPath(template_path(self.camera.prim))
+        template = self._app.stage.GetPrimAtPath(template_path(self.authoring_object.prim))
         said = {} if not template else authored_stereo(template)
         if said:
             self._set(**said)
@@ -116,7 +116,7 @@ class SingleViewDepthCameraSensor(CameraSensor):
         from graph.sim.usd import Sdf, Usd
 
         assert any(value is not None for value in values.values()), f"give {' or '.join(values)}"
-        stage = self.camera.app.stage
+        stage = self._app.stage
         for name, value in values.items():
             if value is None:
                 continue

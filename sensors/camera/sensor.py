@@ -1,4 +1,4 @@
-"""CameraSensor and TiledCameraSensor: cameras at work, with images of one shape whatever is in view."""
+"""CameraSensor: a camera at work, with images of one shape whatever is in view."""
 
 from __future__ import annotations
 
@@ -11,10 +11,9 @@ from graph.sim.renderer.wrapper import unwrapped
 from sensors.errors import SensorValueError
 from sensors.products import image_size
 from sensors.sensor import RenderedSensor, check_names, short_names
-from sensors.sensor_prim import matching_paths
 
-from .authoring import CameraView, RtxCamera
-from .tiles import TileGroup
+from .authoring import RtxCamera
+from .camera_view import CameraView
 
 if TYPE_CHECKING:
     from graph.sim import App
@@ -67,16 +66,21 @@ class CameraSensor(RenderedSensor):
     ) -> None:
         annotators, writers = short_names(annotators), short_names(writers)
         check_names(annotators, writers, self.annotator_specs)
-        self.camera = camera if isinstance(camera, RtxCamera) else RtxCamera(camera, app=app)
+        self._authored = camera if isinstance(camera, RtxCamera) else RtxCamera(camera, app=app)
         self.render_vars = tuple(render_vars or ())
-        self.resolution = _size(resolution)
-        CameraView(self.camera.prim).enforce_square_pixels(self.resolution)
-        super().__init__(self.camera.app, self.camera.path, self.resolution[::-1], annotators, writers)
+        self.resolution = checked_resolution(resolution)
+        self.camera.enforce_square_pixels(self.resolution)
+        super().__init__(self._authored.app, self._authored.path, self.resolution[::-1], annotators, writers)
 
     @property
     def authoring_object(self) -> RtxCamera:
         """The RtxCamera."""
-        return self.camera
+        return self._authored
+
+    @property
+    def camera(self) -> CameraView:
+        """The lens of the prim."""
+        return self._authored.camera
 
     @property
     def runtime(self) -> CameraRuntime:
@@ -95,88 +99,22 @@ class CameraSensor(RenderedSensor):
         if name not in self.widths:
             return data, {**info, "resolution": self.resolution}
         data = data.reshape(*self.resolution, -1)[..., : self.widths[name]]
-        if out is not None:
-            out[...] = data
-            return out, info
-        return np.ascontiguousarray(data), info
+        return handed_out(data, out), info
 
 
-class TiledCameraSensor:
-    """Renders several cameras of one size into one image, row after row of tiles.
-
-    paths: of Camera prims, or regular expressions (/World/env_.*/Camera). resolution: height and width of each. There
-    are round(sqrt(N)) rows of tiles, camera k is in row k // columns; spare tiles are 0. Annotators: those of
-    `CameraSensor` that give images. Raises SensorValueError as it does.
-    """
-
-    def __init__(
-        self,
-        paths: str | Sequence[str],
-        *,
-        resolution: tuple[int, int],
-        annotators: str | Iterable[str] | None = None,
-        render_vars: Iterable[str] | None = None,
-        app: App | None = None,
-    ) -> None:
-        from graph.sim import App
-
-        names = short_names(annotators)
-        for name in names:
-            if name not in WIDTHS:
-                raise SensorValueError(f"there is no annotator {name!r} of tiles; there are: {', '.join(WIDTHS)}")
-        app = app if app is not None else App.current()
-        given = [paths] if isinstance(paths, str) else [str(path) for path in paths]
-        listed = [found for path in given for found in matching_paths(app.stage, path)]
-        if not listed:
-            raise SensorValueError("there is no camera to tile; give the path of one")
-        self.paths = listed
-        self.render_vars = tuple(render_vars or ())
-        self.sensors = [Tile(app, path, resolution, names) for path in listed]
-        self.rows = max(1, round(len(listed) ** 0.5))
-        self.columns = -(-len(listed) // self.rows)
-        self._size = _size(resolution)
-        self._group = TileGroup([sensor.runtime for sensor in self.sensors])
-
-    @property
-    def resolution(self) -> tuple[int, int]:
-        """Height and width of a tile."""
-        return self._size
-
-    @property
-    def tiled_resolution(self) -> tuple[int, int]:
-        """Height and width of the whole image."""
-        return self.rows * self._size[0], self.columns * self._size[1]
-
-    def get_data(self, name: str, *, tiled: bool = True) -> tuple[np.ndarray | None, dict[str, Any]]:
-        """(data, info): (rows x height, columns x width, n), or without tiling (N, height, width, n).
-
-        (None, {}) before every camera has a frame. info: of each camera, by its path. Raises SensorValueError as
-        `CameraSensor.get_data` does.
-        """
-        found = [sensor.get_data(name) for sensor in self.sensors]
-        if any(data is None for data, _ in found):
-            return None, {}
-        images = np.stack([data for data, _ in found])
-        info = {path: dict(each) for path, (_, each) in zip(self.paths, found, strict=True) if each}
-        if not tiled:
-            return images, info
-        spare = self.rows * self.columns - len(images)
-        images = np.concatenate([images, np.zeros((spare, *images.shape[1:]), images.dtype)])
-        height, width, count = images.shape[1:]
-        grid = images.reshape(self.rows, self.columns, height, width, count).swapaxes(1, 2)
-        return np.ascontiguousarray(grid.reshape(*self.tiled_resolution, count)), info
+def handed_out(image: np.ndarray, out: np.ndarray | None) -> np.ndarray:
+    """An image, or the array `out` with it. Raises SensorValueError for one of another shape."""
+    if out is None:
+        return np.ascontiguousarray(image)
+    if np.shape(out) != image.shape:
+        raise SensorValueError(f"out has the shape {np.shape(out)}; the data have {image.shape}")
+    out[...] = image
+    return out
 
 
-def _size(resolution: Sequence[int]) -> tuple[int, int]:
+def checked_resolution(resolution: Sequence[int]) -> tuple[int, int]:
+    """Height and width [px]. Raises SensorValueError for anything but two whole numbers above 0."""
     height, width = image_size(resolution, "(height, width)")
     if height < 1 or width < 1:
         raise SensorValueError(f"resolution {resolution} is not (height, width) above 0")
     return height, width
-
-
-class Tile(CameraSensor):
-    """One camera of many: a plain Camera prim, which need not have the schema of sensors."""
-
-    def __init__(self, app: App, path: str, resolution: tuple[int, int], annotators: Iterable[str]) -> None:
-        self.resolution = _size(resolution)
-        RenderedSensor.__init__(self, app, path, self.resolution[::-1], annotators)

@@ -7,7 +7,7 @@ import pytest
 from pxr import Gf, UsdGeom
 
 from graph.sim import App
-from sensors import CameraSensor, RtxCamera, TiledCameraSensor
+from sensors import CameraSensor, CameraView, RtxCamera, TiledCameraSensor
 from sensors.camera.sensor import ANNOTATORS, WIDTHS
 from sensors.replicator import get_annotator
 from tests.support.camera_worlds import add_camera, ahead
@@ -94,6 +94,45 @@ def test_the_lens_takes_stage_units_and_authors_tenths(app):
         lens.set_clipping_ranges()
 
 
+def test_a_view_of_several_lenses_takes_one_value_or_one_for_each(app):
+    lenses = CameraView([RtxCamera(f"/World/Eye{number}", app=app).prim for number in range(3)])
+    lenses.set_focal_lengths([1.0, 2.0, 3.0])
+    lenses.set_clipping_ranges(far_distances=[[10.0], [20.0], [30.0]])
+    lenses.set_shutter_times(0.25, close_times=[0.5, 0.75, 1.0])
+    lenses.set_projections(["orthographic", "perspective", "orthographic"])
+    lenses.set_stereo_roles("left")
+    lenses.set_apertures(2.0, 1.0)
+    lenses.enforce_square_pixels([(10, 10), (10, 20), (10, 20)], modes=["horizontal", "horizontal", "vertical"])
+    assert lenses.get_focal_lengths().tolist() == [[1.0], [2.0], [3.0]]
+    assert [each.tolist() for each in lenses.get_clipping_ranges()] == [[[1.0]] * 3, [[10.0], [20.0], [30.0]]]
+    assert [each.tolist() for each in lenses.get_shutter_times()] == [[[0.25]] * 3, [[0.5], [0.75], [1.0]]]
+    assert lenses.get_projections() == ["orthographic", "perspective", "orthographic"]
+    assert lenses.get_stereo_roles() == ["left"] * 3
+    assert [each.tolist() for each in lenses.get_apertures()] == [[[2.0]] * 3, [[2.0], [1.0], [1.0]]]
+
+
+@pytest.mark.parametrize(
+    ("write", "message"),
+    [
+        (lambda lens: lens.set_focal_lengths([1.0, 2.0]), r"\[1.0, 2.0\] is not one finite number"),
+        (lambda lens: lens.set_fstops("wide"), "'wide' is not one finite number"),
+        (lambda lens: lens.set_projections("fisheye"), "projection 'fisheye' is not one of perspective, orthographic"),
+        (lambda lens: lens.set_stereo_roles(["left", "right"]), r"\['left', 'right'\] is not one stereoRole"),
+        (lambda lens: lens.enforce_square_pixels((8, 8), "both"), "mode 'both' is not one of horizontal, vertical"),
+    ],
+)
+def test_what_a_lens_does_not_take_is_reported_in_a_line(app, write, message):
+    with pytest.raises(ValueError, match=message):
+        write(RtxCamera(CAMERA, app=app).camera)
+
+
+def test_a_view_is_of_cameras_and_sets_something(app):
+    with pytest.raises(AssertionError, match="/World/A is not a Camera"):
+        CameraView(app.stage.GetPrimAtPath("/World/A"))
+    with pytest.raises(AssertionError, match="give shutter:open or shutter:close"):
+        RtxCamera(CAMERA, app=app).camera.set_shutter_times()
+
+
 @pytest.mark.parametrize(
     ("mode", "apertures"), [("horizontal", (20.955, 15.71625)), ("vertical", (15.2908 * 640 / 480, 15.2908))]
 )
@@ -109,6 +148,7 @@ def test_a_camera_sensor_hands_out_images_of_three_axes(app):
     sensor = CameraSensor(CAMERA, resolution=(48, 64), annotators=[*ANNOTATORS], app=app)
     assert sensor.render_product.path.rpartition("/")[2].startswith("camera_sensor_")
     assert sensor.render_product.resolution == (64, 48)
+    assert (sensor.camera.paths, sensor.authoring_object.path) == ([CAMERA], CAMERA)
     assert sensor.get_data("rgb") == (None, {})
     app.play()
     app.update()
@@ -146,6 +186,33 @@ def test_the_paths_of_tiles_may_be_regular_expressions(app):
     assert tiled.paths == ["/World/env_1/Eye", "/World/env_2/Eye", "/World/env_0/Eye"]
 
 
+def test_tiles_share_their_labels_and_change_annotators_together(app):
+    """The second camera, 100 m to the right, sees nothing of the box; pixels of 16 x 8 are square at 20.955 / 2."""
+    for name, place in (("A", 0.0), ("B", 100.0)):
+        prim = app.stage.DefinePrim(f"/World/Eye{name}", "Camera")
+        prim.GetAttribute("clippingRange").Set((0.01, 50.0))
+        UsdGeom.XformCommonAPI(prim).SetTranslate(Gf.Vec3d(place, 0, 0))
+    tiled = TiledCameraSensor("/World/Eye.", resolution=(8, 16), annotators="semantic_segmentation", app=app)
+    assert len(tiled) == 2
+    assert tiled.camera.paths == tiled.paths == ["/World/EyeA", "/World/EyeB"]
+    np.testing.assert_allclose(tiled.camera.get_apertures()[1], [[2.0955 / 2]] * 2, rtol=1e-6)
+    app.play()
+    app.update()
+    images, info = tiled.get_data("semantic_segmentation")
+    assert info == {"idToLabels": {"0": {"class": "BACKGROUND"}, "2": {"class": "box"}}}
+    assert [sorted(set(image.flat)) for image in images] == [[0, 2], [0]]
+    out = np.zeros((8, 32, 1), np.uint32)
+    assert tiled.get_data("semantic_segmentation", tiled=True, out=out)[0] is out
+    np.testing.assert_array_equal(out[:, :16], images[0])
+    with pytest.raises(ValueError, match=r"out has the shape \(8, 32, 1\); the data have \(2, 8, 16, 1\)"):
+        tiled.get_data("semantic_segmentation", out=out)
+    tiled.attach_annotators(["rgb", "normals"])
+    tiled.detach_annotators("semantic_segmentation")
+    assert tiled.annotators == ["normals", "rgb"]
+    with pytest.raises(ValueError, match="there is no annotator 'pointcloud' of tiles"):
+        tiled.get_data("pointcloud")
+
+
 def test_five_tiles_are_two_rows_of_three_with_one_spare(app):
     """Camera k, k / 10 m off, has the image that it has alone, in row k // 3 and column k % 3."""
     paths = []
@@ -160,8 +227,8 @@ def test_five_tiles_are_two_rows_of_three_with_one_spare(app):
         assert tiled.get_data("distance_to_image_plane") == (None, {})
         same.play()
         same.update()
-        whole, _ = tiled.get_data("distance_to_image_plane")
-        each, _ = tiled.get_data("distance_to_image_plane", tiled=False)
+        whole, _ = tiled.get_data("distance_to_image_plane", tiled=True)
+        each, _ = tiled.get_data("distance_to_image_plane")
         alone = get_annotator("distance_to_image_plane", app=same).attach(
             same.rendering.products[tiled.sensors[2].render_product.path]
         )

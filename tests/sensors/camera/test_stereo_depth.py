@@ -109,7 +109,7 @@ def test_the_sensor_hands_it_out_and_has_no_colours():
         add_box(app, "/World/Wall", 100.0, ahead(0, 0, 52))
         names = [name for name in SingleViewDepthCameraSensor.annotator_specs if name.startswith("depth_sensor")]
         sensor = SingleViewDepthCameraSensor("/World/Eye", resolution=(48, 64), annotators=names, app=app)
-        sensor.camera.camera.set_clipping_ranges(0.01)
+        sensor.camera.set_clipping_ranges(0.01)
         sensor.set_sensor_noise_parameters(0.0)
         sensor.set_sensor_baseline(100.0)
         assert (sensor.stereo.noise_mean, sensor.stereo.baseline_mm) == (0.0, 100.0)

@@ -4,7 +4,8 @@ import pytest
 from pxr import Gf, UsdGeom, UsdPhysics
 
 from sensors import TiledCameraSensor
-from sensors.camera.sensor import WIDTHS, Tile
+from sensors.camera.sensor import WIDTHS
+from sensors.camera.tiled_sensor import Tile
 from sensors.raycast.triangles import TriangleScene
 from tests.support.camera_worlds import ahead
 from tests.support.lidar_worlds import add_box, weightless

@@ -1,0 +1,143 @@
+"""TiledCameraSensor: several cameras of one size at work, as a batch of images or as tiles of one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from sensors.errors import SensorValueError
+from sensors.sensor import RenderedSensor, short_names
+from sensors.sensor_prim import matching_paths
+
+from .camera_view import CameraView
+from .names import PRIM_TYPE
+from .sensor import WIDTHS, CameraSensor, checked_resolution, handed_out
+from .tiles import TileGroup
+
+if TYPE_CHECKING:
+    from graph.sim import App
+
+
+class TiledCameraSensor:
+    """Renders several cameras of one size: a batch of images, or one image of their tiles, row after row.
+
+    paths: of Camera prims, or regular expressions (/World/env_.*/Camera). resolution: height and width of each. Pixels
+    are made square, as by `CameraSensor`. There are round(sqrt(N)) rows of tiles, camera k is in row k // columns;
+    spare tiles are 0. Annotators: those of `CameraSensor` that give images. Raises SensorValueError as it does.
+    """
+
+    def __init__(
+        self,
+        paths: str | Sequence[str],
+        *,
+        resolution: tuple[int, int],
+        annotators: str | Iterable[str] | None = None,
+        render_vars: Iterable[str] | None = None,
+        app: App | None = None,
+    ) -> None:
+        from graph.sim import App
+
+        names = _checked(annotators)
+        app = app if app is not None else App.current()
+        given = [paths] if isinstance(paths, str) else [str(path) for path in paths]
+        self.paths = [found for path in given for found in matching_paths(app.stage, path)]
+        if not self.paths:
+            raise SensorValueError("there is no camera to tile; give the path of one")
+        self.render_vars = tuple(render_vars or ())
+        self.sensors = [Tile(app, path, resolution, names) for path in self.paths]
+        self.rows = max(1, round(len(self) ** 0.5))
+        self.columns = -(-len(self) // self.rows)
+        self._group = TileGroup([sensor.runtime for sensor in self.sensors])
+
+    def __len__(self) -> int:
+        return len(self.paths)
+
+    @property
+    def camera(self) -> CameraView:
+        """The lenses of the prims."""
+        return CameraView([prim for sensor in self.sensors for prim in sensor.camera.prims])
+
+    @property
+    def resolution(self) -> tuple[int, int]:
+        """Height and width of a tile."""
+        return self.sensors[0].resolution
+
+    @property
+    def tiled_resolution(self) -> tuple[int, int]:
+        """Height and width of the whole image."""
+        height, width = self.resolution
+        return self.rows * height, self.columns * width
+
+    @property
+    def annotators(self) -> list[str]:
+        """Names of the attached annotators, sorted."""
+        return self.sensors[0].annotators
+
+    def attach_annotators(self, names: str | Iterable[str]) -> None:
+        """Attaches annotators to every camera."""
+        names = _checked(names)
+        for sensor in self.sensors:
+            sensor.attach_annotators(names)
+
+    def detach_annotators(self, names: str | Iterable[str]) -> None:
+        """Detaches annotators from every camera; a name that is not attached gives a warning."""
+        names = _checked(names)
+        for sensor in self.sensors:
+            sensor.detach_annotators(names)
+
+    def get_data(
+        self, name: str, *, tiled: bool = False, out: np.ndarray | None = None
+    ) -> tuple[np.ndarray | None, dict[str, Any]]:
+        """(data, info): the images (N, height, width, n), or tiled (rows x height, columns x width, n).
+
+        (None, {}) before every camera has a frame. out: an array of that shape that takes the data. info: one for all
+        cameras, whose numbers have one meaning. Raises SensorValueError as `CameraSensor.get_data` does.
+        """
+        (name,) = _checked(name)
+        found = [sensor.get_data(name) for sensor in self.sensors]
+        if any(data is None for data, _ in found):
+            return None, {}
+        images = np.stack([data for data, _ in found])
+        return handed_out(self._tiled(images) if tiled else images, out), _joined([info for _, info in found])
+
+    def _tiled(self, images: np.ndarray) -> np.ndarray:
+        spare = self.rows * self.columns - len(images)
+        images = np.concatenate([images, np.zeros((spare, *images.shape[1:]), images.dtype)])
+        grid = images.reshape(self.rows, self.columns, *images.shape[1:]).swapaxes(1, 2)
+        return grid.reshape(*self.tiled_resolution, images.shape[-1])
+
+
+class Tile(CameraSensor):
+    """One camera of many: a plain Camera prim, which need not have the schema of sensors."""
+
+    def __init__(self, app: App, path: str, resolution: tuple[int, int], annotators: Iterable[str]) -> None:
+        self.resolution = checked_resolution(resolution)
+        prim = app.stage.GetPrimAtPath(path)
+        if prim.GetTypeName() == PRIM_TYPE and not prim.IsInstanceProxy():  # what nothing can be written on stays
+            CameraView(prim).enforce_square_pixels(self.resolution)
+        RenderedSensor.__init__(self, app, path, self.resolution[::-1], annotators)
+
+    @property
+    def camera(self) -> CameraView:
+        """The lens of the prim."""
+        return CameraView(self._app.stage.GetPrimAtPath(self.path))
+
+
+def _checked(names: str | Iterable[str] | None) -> list[str]:
+    """Names of annotators. Raises SensorValueError for one that tiles do not have."""
+    listed = short_names(names)
+    for name in listed:
+        if name not in WIDTHS:
+            raise SensorValueError(f"there is no annotator {name!r} of tiles; there are: {', '.join(WIDTHS)}")
+    return listed
+
+
+def _joined(infos: Iterable[Mapping[str, Mapping[Any, Any]]]) -> dict[str, Any]:
+    """The tables of all cameras as one, by rising number."""
+    joined: dict[str, dict[Any, Any]] = {}
+    for info in infos:
+        for name, table in info.items():
+            joined.setdefault(name, {}).update(table)
+    return {name: dict(sorted(table.items(), key=lambda entry: int(entry[0]))) for name, table in joined.items()}
