@@ -108,6 +108,21 @@ def apply_schemas(prim: Usd.Prim, names: list[str]) -> None:
             prim.AddAppliedSchema(name)
 
 
+def check_instances(path: str, names: list[str]) -> None:
+    """Raises SensorValueError for a multiple-apply schema without an instance, or another with one."""
+    from graph.sim.usd import Usd
+
+    for name in names:
+        base, _, instance = name.rpartition(":")
+        base = base or name
+        if Usd.SchemaRegistry().FindAppliedAPIPrimDefinition(base):
+            several = Usd.SchemaRegistry.IsMultipleApplyAPISchema(base)
+            if several and base == name:
+                raise SensorValueError(f"{path}: the schema {name} comes in instances; give one, such as {name}:s002")
+            if base != name and not several:
+                raise SensorValueError(f"{path}: the schema {base} has no instances; leave :{instance} out")
+
+
 def unknown_schemas(names: list[str]) -> list[str]:
     """The names ("Name" or "Name:instance") that are not API schemas."""
     from graph.sim.usd import Usd

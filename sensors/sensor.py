@@ -107,7 +107,7 @@ class RenderedSensor:
         for name in short_names(names):
             annotator = self._annotators.pop(name, None)
             if annotator is None:
-                self._app.warn("not-attached", self.path, f"annotator {name!r} is not attached")
+                self._app.warn("not-attached", f"{self.path}.{name}", f"annotator {name!r} is not attached")
             else:
                 annotator.detach()
 
@@ -128,7 +128,7 @@ class RenderedSensor:
         """Detaches a writer; an unknown name gives a warning."""
         attached = self._writers.pop(name, None)
         if attached is None:
-            self._app.warn("not-attached", self.path, f"writer {name!r} is not attached")
+            self._app.warn("not-attached", f"{self.path}.{name}", f"writer {name!r} is not attached")
         else:
             attached.detach()
 
@@ -176,7 +176,11 @@ def _check_annotator(name: str, table: Mapping[str, Any]) -> None:
 
 
 def short_names(names: str | Iterable[str] | None) -> list[str]:
-    """None, one name or several, as a list."""
+    """None, one name or several, as a list. Raises SensorValueError for anything else."""
     if names is None:
         return []
-    return [names] if isinstance(names, str) else list(names)
+    listed = [names] if isinstance(names, str) or not isinstance(names, Iterable) else list(names)
+    for name in listed:
+        if not isinstance(name, str):
+            raise SensorValueError(f"{name!r} is not a name; give one such as generic-model-output, or several")
+    return listed

@@ -37,11 +37,11 @@ class SensorPrim:
 
     def __init__(
         self,
-        path: str,
+        path: str | Sequence[str],
         *,
         aux_output_level: str | None = None,
         tick_rate: float | Fraction | None = None,
-        schemas: Sequence[str] | None = None,
+        schemas: str | Sequence[str] | None = None,
         attributes: Mapping[str, Any] | None = None,
         positions: Vector = None,
         translations: Vector = None,
@@ -55,9 +55,14 @@ class SensorPrim:
         if aux_output_level is not None and aux_output_level not in self.aux_levels:
             raise SensorValueError(f"aux_output_level {aux_output_level!r} is not one of {', '.join(self.aux_levels)}")
         self.app: App = app if app is not None else App.current()
-        attributes = dict(attributes or {})
         self.path, existed = resolve(self.app.stage, path, self.word)
-        schemas = list(schemas or ())
+        if not isinstance(attributes, Mapping | None):
+            raise SensorValueError(
+                f"{self.path}: attributes are a mapping of names to values, not {type(attributes).__name__}"
+            )
+        attributes = dict(attributes or {})
+        schemas = [schemas] if isinstance(schemas, str) else list(schemas or ())
+        on_prim.check_instances(self.path, schemas)
         for name in on_prim.unknown_schemas(schemas):
             self._warn("unknown-schema", f"there is no API schema {name}; nothing comes of it", name)
         if existed:
@@ -81,10 +86,10 @@ class SensorPrim:
     @classmethod
     def create(
         cls,
-        path: str,
+        path: str | Sequence[str],
         *,
         config: str | None = None,
-        usd_path: str | None = None,
+        usd_path: str | Path | None = None,
         variant: str | Mapping[str, str] | None = None,
         app: App | None = None,
         **options: Any,
@@ -98,16 +103,20 @@ class SensorPrim:
         from graph.sim import App
 
         app = app if app is not None else App.current()
+        path = one_path(path, cls.word)
         if config is not None and usd_path is not None:
             raise SensorValueError(f"{path}: give config or usd_path, not both")
-        for name, value, kinds in (("config", config, (str,)), ("variant", variant, (str, Mapping))):
+        for name, value, kinds, words in (
+            ("config", config, (str,), "a name"),
+            ("usd_path", usd_path, (str, Path), "the path of a file"),
+            ("variant", variant, (str, Mapping), "a name, or a mapping of variant sets to names"),
+        ):
             if value is not None and not isinstance(value, kinds):
-                also = ", or a mapping of variant sets to names" if Mapping in kinds else ""
-                raise SensorValueError(f"{path}: {name} {value!r} is not a name{also}")
+                raise SensorValueError(f"{path}: {name} {value!r} is not {words}")
         if config is not None:
             cls.write_config(app.stage, path, config, variant)
         elif usd_path is not None:
-            path = _reference(app.stage, path, usd_path, variant, cls.prim_type)
+            path = _reference(app.stage, path, str(usd_path), variant, cls.prim_type)
         return cls(path, app=app, **options)
 
     # -- for subclasses ----------------------------------------------------------------------------------------------
@@ -240,9 +249,27 @@ def check_type(prim: Usd.Prim, wanted: str) -> None:
         raise SensorValueError(f"{prim.GetPath()} is of type {kind or 'none'}, not {wanted}")
 
 
-def resolve(stage: Usd.Stage, path: str, word: str) -> tuple[str, bool]:
+def one_path(path: Any, word: str) -> str:
+    """The path or expression that is given, a str or a Sdf.Path, also as a list of one; word: for the sensor.
+
+    Raises SensorValueError for anything else.
+    """
+    from graph.sim.usd import Sdf
+
+    if isinstance(path, list | tuple):
+        if len(path) != 1:
+            raise SensorValueError(f"{len(path)} paths are given; a {word} is exactly one prim")
+        path = path[0]
+    if not isinstance(path, str | Sdf.Path):
+        raise SensorValueError(
+            f"a prim path is text such as /World/{word.split()[0].capitalize()}, not {type(path).__name__}"
+        )
+    return str(path)
+
+
+def resolve(stage: Usd.Stage, path: str | Sequence[str], word: str) -> tuple[str, bool]:
     """(prim path, whether the prim exists) of a path or regular expression; word: for the sensor."""
-    matches = matching_paths(stage, path)
+    matches = matching_paths(stage, path := one_path(path, word))
     if len(matches) > 1:
         raise SensorValueError(f"{path!r} matches {len(matches)} prims; a {word} is exactly one")
     return matches[0], bool(stage.GetPrimAtPath(matches[0]))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import UserError
@@ -35,7 +35,7 @@ class RtxCamera(SensorPrim):
     aux_levels = ("NONE",)
     word = "camera"
 
-    def __init__(self, path: str, **options: Any) -> None:
+    def __init__(self, path: str | Sequence[str], **options: Any) -> None:
         if "aux_output_level" in options:
             raise SensorValueError(f"{path}: a camera has no aux_output_level; leave it out")
         super().__init__(path, **options)

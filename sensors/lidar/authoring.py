@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -41,12 +41,12 @@ class Lidar(SensorPrim):
     aux_levels = tuple(AuxLevel.__members__)
     word = "lidar"
 
-    def __init__(self, path: str, *, accumulate_outputs: bool | None = None, **options: Any) -> None:
+    def __init__(self, path: str | Sequence[str], *, accumulate_outputs: bool | None = None, **options: Any) -> None:
         self._accumulate = accumulate_outputs
         super().__init__(path, **options)
 
     @classmethod
-    def create(cls, path: str, *, accumulate_outputs: bool | None = None, **options: Any) -> Lidar:
+    def create(cls, path: str | Sequence[str], *, accumulate_outputs: bool | None = None, **options: Any) -> Lidar:
         """A lidar from a shipped configuration, from a vendor profile's .json file, or from a USD asset.
 
         config: any spelling of a name in SUPPORTED_LIDAR_CONFIGS, or the path of a profile; it authors tickRate =

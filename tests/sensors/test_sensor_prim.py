@@ -1,0 +1,85 @@
+"""What the authoring classes of all sensors take, and how they refuse the rest: one line that says what to give."""
+
+import pytest
+from pxr import Sdf
+
+from graph.sim import App
+from sensors import Acoustic, AcousticSensor, Lidar, LidarSensor, Radar, RadarSensor, RtxCamera
+
+SCANS = "OmniSensorGenericRadarWpmDmatScanCfgAPI"
+AUTHORS = {Lidar: "lidar", Radar: "radar", Acoustic: "acoustic sensor", RtxCamera: "camera"}
+
+
+@pytest.fixture
+def app():
+    with App(None, physics_hz=60, loop_hz=60) as app:
+        yield app
+
+
+@pytest.mark.parametrize("author", AUTHORS)
+def test_a_path_is_text_or_of_usd_or_a_list_of_one(app, author):
+    for number, path in enumerate(("/World/A0", Sdf.Path("/World/A1"), ["/World/A2"])):
+        assert author(path, app=app).paths == [f"/World/A{number}"]
+    assert author.create(["/World/A0"], app=app).path == "/World/A0"
+
+
+@pytest.mark.parametrize(("author", "word"), AUTHORS.items())
+@pytest.mark.parametrize("make", ["__call__", "create"])
+def test_what_is_no_path_or_several_is_a_value_error_in_a_line(app, author, word, make):
+    made = author if make == "__call__" else author.create
+    for path, message in (
+        (None, f"a prim path is text such as /World/{word.split()[0].capitalize()}, not NoneType"),
+        (3, "not int"),
+        ([3], "not int"),
+        (["/World/A", "/World/B"], f"2 paths are given; a {word} is exactly one prim"),
+        ([], "0 paths are given"),
+    ):
+        with pytest.raises(ValueError, match=message) as refused:
+            made(path, app=app)
+        assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(("sensor", "wrong"), [(RadarSensor, Lidar), (LidarSensor, Radar), (AcousticSensor, Radar)])
+def test_a_sensor_of_another_kind_is_not_a_path(app, sensor, wrong):
+    with pytest.raises(ValueError, match=f"a prim path is text .*, not {wrong.__name__}"):
+        sensor(wrong("/World/Other", app=app), app=app)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"schemas": SCANS}, f"the schema {SCANS} comes in instances; give one, such as {SCANS}:s002"),
+        ({"schemas": ["OmniSensorAPI:a"]}, "the schema OmniSensorAPI has no instances; leave :a out"),
+        ({"attributes": [1]}, "attributes are a mapping of names to values, not list"),
+        ({"usd_path": 3}, "usd_path 3 is not the path of a file"),
+        ({"config": 3}, "config 3 is not a name"),
+    ],
+)
+def test_wrong_arguments_are_value_errors(app, options, message):
+    with pytest.raises(ValueError, match=message):
+        Radar.create("/World/Radar", app=app, **options)
+
+
+def test_one_schema_may_stand_alone(app):
+    assert [scan.name for scan in Radar("/World/Radar", schemas=f"{SCANS}:s002", app=app).config.scans] == [
+        "s001",
+        "s002",
+    ]
+
+
+def test_an_asset_may_be_given_as_a_path_object(app, tmp_path):
+    file = tmp_path / "radar.usda"
+    file.write_text('#usda 1.0\n(defaultPrim = "R")\ndef OmniRadar "R" {\n    float omni:sensor:tickRate = 7\n}\n')
+    assert Radar.create("/World/Radar", usd_path=file, app=app).tick_rate == 7
+
+
+def test_names_of_annotators_are_text_and_each_missing_one_is_told(app):
+    radar = Radar("/World/Radar", app=app)
+    for names in (3, [3], [["generic-model-output"]]):
+        with pytest.raises(ValueError, match="is not a name; give one such as generic-model-output"):
+            RadarSensor(radar, annotators=names)
+    sensor = RadarSensor(radar)
+    sensor.detach_annotators("generic-model-output")
+    sensor.detach_writer("draw-point-cloud")
+    told = [warning.message for warning in app.warnings if warning.code == "not-attached"]
+    assert told == ["annotator 'generic-model-output' is not attached", "writer 'draw-point-cloud' is not attached"]
