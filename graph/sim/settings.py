@@ -44,6 +44,7 @@ SCAN_END_BEYOND = "/tickgraph/laserScanEndsBeyondLastBeam"
 FLAT_SCAN_NEEDS_2D = "/tickgraph/flatScanNeeds2d"
 BOXES_IN_WORLD = "/tickgraph/cameraBoxesInWorld"
 INFO_SQUARE_PIXELS = "/tickgraph/cameraInfoSquarePixels"
+CLOUD_OF_CORNERS = "/tickgraph/cameraCloudOfCorners"
 MERGE_TRANSFORMS = "/tickgraph/mergeTransforms"
 STOP_CLEARS_COMMANDS = "/tickgraph/stopClearsCommands"
 NODE_ERRORS_STOP = "/tickgraph/nodeErrorsStop"
@@ -94,6 +95,7 @@ DEFAULTS: dict[str, Any] = {
     FLAT_SCAN_NEEDS_2D: True,
     BOXES_IN_WORLD: False,
     INFO_SQUARE_PIXELS: False,
+    CLOUD_OF_CORNERS: False,
     MERGE_TRANSFORMS: True,
     STOP_CLEARS_COMMANDS: False,
     NODE_ERRORS_STOP: True,

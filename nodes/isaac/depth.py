@@ -15,21 +15,22 @@ if TYPE_CHECKING:
     Depths = NDArray[np.float32]
 
 
-def points_of(depths: Depths, focal: tuple[float, float]) -> Depths:
-    """(height, width, 3) points of (height, width) distances from the image plane, in the distances' unit.
+def points_of(depths: Depths, focal: float) -> Depths:
+    """(height x width, 3) points of (height, width) distances from the image plane, in the distances' unit.
 
-    focal: focal lengths along x and y in pixels. Camera frame of ROS: x right, y down, z forward; the optical axis
-    meets the image at (width / 2, height / 2), pixels counted from 0.
+    NaN where a distance is not finite. focal: focal length [px]. Camera frame of ROS: x right, y down, z forward; the
+    optical axis meets the image at (width / 2, height / 2), and a point lies on the ray through the top left corner of
+    its pixel, half a pixel off the one that was cast, as in Isaac Sim.
     """
     import numpy as np
 
     height, width = depths.shape
+    known = np.where(np.isfinite(depths), depths, np.float32(np.nan))
     points = np.empty((height, width, 3), dtype=np.float32)
-    with np.errstate(invalid="ignore"):  # infinity on the axis
-        points[:, :, 0] = depths * ((np.arange(width) - width / 2) / focal[0])
-        points[:, :, 1] = depths * ((np.arange(height) - height / 2) / focal[1])[:, None]
-    points[:, :, 2] = depths
-    return points
+    points[:, :, 0] = known * ((np.arange(width) - width / 2) / focal)
+    points[:, :, 1] = known * ((np.arange(height) - height / 2) / focal)[:, None]
+    points[:, :, 2] = known
+    return points.reshape(-1, 3)
 
 
 @node_type(
@@ -43,7 +44,7 @@ def points_of(depths: Depths, focal: tuple[float, float]) -> Depths:
         "height": Attribute("uint", "height of the image", unit="px"),
         "focalLength": Attribute("float", "focal length of the camera, in the unit of its apertures"),
         "horizontalAperture": Attribute("float", "width of the camera's film, in the unit of the focal length"),
-        "verticalAperture": Attribute("float", "height of the camera's film, in the unit of the focal length"),
+        "verticalAperture": Attribute("float", "height of the camera's film; not used, since pixels are square"),
         "bufferSize": Attribute("uint", "size of the image", unit="bytes"),
         "format": Attribute("uint64", "texture format; only 33, one float32 a pixel", default=33),
     },
@@ -53,30 +54,24 @@ def points_of(depths: Depths, focal: tuple[float, float]) -> Depths:
         "cudaDeviceIndex": CUDA_OUT,
         "bufferSize": Attribute("uint", "size of the points", unit="bytes"),
         "height": Attribute("uint", "always 1", default=1),
-        "width": Attribute("uint", "number of points", default=0),
+        "width": Attribute("uint", "number of points, one a pixel", default=0),
     },
     memory=Given,
     release=release,
 )
 def convert_depth_to_point_cloud(db: Database) -> bool:
-    """Place every pixel whose distance is finite in the camera frame of ROS (x right, y down, z forward)."""
-    import numpy as np
-
+    """Place every pixel in the camera frame of ROS (x right, y down, z forward); NaN without a finite distance."""
     if not given(db):
         return False
 
     inputs, outputs = db.inputs, db.outputs
     if inputs.format != 33:
         db.fail(f"input format is {inputs.format}; only 33, one float32 a pixel, can be converted")
-    if not min(inputs.focalLength, inputs.horizontalAperture, inputs.verticalAperture) > 0:
-        db.lack("focalLength, horizontalAperture and verticalAperture must be above 0; connect IsaacReadCameraInfo")
+    if not min(inputs.focalLength, inputs.horizontalAperture) > 0:
+        db.lack("focalLength and horizontalAperture must be above 0; connect IsaacReadCameraInfo")
     width, height = inputs.width, inputs.height
     depths = buffer_of(db, "f4", width, height, 1)[:, :, 0]
-    focal = (
-        width * inputs.focalLength / inputs.horizontalAperture,
-        height * inputs.focalLength / inputs.verticalAperture,
-    )
-    points = points_of(depths, focal)[np.isfinite(depths)]
+    points = points_of(depths, width * inputs.focalLength / inputs.horizontalAperture)
     outputs.dataPtr, outputs.bufferSize = give(db, points), points.nbytes
     outputs.width, outputs.height, outputs.cudaDeviceIndex = len(points), 1, -1
     db.fire("execOut")

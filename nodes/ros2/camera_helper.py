@@ -165,8 +165,8 @@ def _check_video(db: Database, product: RenderProduct) -> None:
 def _message(
     make: Callable[[Reading], Any], annotator: Annotator, frame_id: str, unit: float, settings: Any, frame: Any, at: int
 ) -> Any:
-    in_world = bool(settings.get(keys.BOXES_IN_WORLD))
-    return make(Reading(frame, annotator.get_data(), at, frame_id, unit, in_world))
+    chosen = (bool(settings.get(key)) for key in (keys.BOXES_IN_WORLD, keys.CLOUD_OF_CORNERS))
+    return make(Reading(frame, annotator.get_data(), at, frame_id, unit, *chosen))
 
 
 def _labels(annotator: Annotator, frame: Any, at: int) -> Any:

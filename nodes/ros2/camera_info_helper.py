@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, cast
@@ -10,19 +11,18 @@ from graph.node import Attribute, Database, node_type
 from graph.sim.settings import INFO_SQUARE_PIXELS
 
 from .camera_helper import HELPER_INPUTS, camera_product, check_camera
-from .camera_messages import distortion_of, matrix_of
+from .camera_messages import PINHOLE, distortion_of, matrix_of
 from .frame_publisher import CameraPublisher, detach, publish_with, warn_about_stamps
 from .frame_writers import FrameWriter, stamps
 from .image_messages import CAMERA_INFO, camera_info
 from .publishing import publisher_inputs, topic_name
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     import numpy as np
     from numpy.typing import NDArray
 
     from graph.sim.renderer.products import RenderProduct
+    from sensors.camera.config import CameraConfig
     from sensors.camera.lens import Lens
     from sensors.camera.runtime import CameraRuntime
 
@@ -60,7 +60,8 @@ def camera_info_helper(db: Database) -> bool:
     """Publish `sensor_msgs/CameraInfo` with every frame of a camera, or of both cameras of a stereo pair.
 
     K is that of the image: a lens schema scaled to it, else focal length and aperture; the profile isaacsim-6.0.1 makes
-    both of its focal lengths the first. The lens is read when the publisher is attached; a new product path, of the
+    both of its focal lengths the first. P of both cameras of a pair is the mean of their K, that of the right one with
+    -fx times the baseline. The lens is read when the publisher is attached; a new product path, of the
     right camera too, attaches it again.
     """
     product = camera_product(db)
@@ -78,23 +79,21 @@ def camera_info_helper(db: Database) -> bool:
 def _attach(db: Database, product: RenderProduct, right: RenderProduct | None) -> bool:
     inputs, memory = db.inputs, db.memory
     warn_about_stamps(db)
-    lens = _lens(product)
-    rotations: tuple[Sequence[float], Sequence[float]] = IDENTITY, IDENTITY
-    shift, k = 0.0, _matrix(db, product)
-    if right is not None:
-        problem = _unlike(lens, _lens(right))
-        if problem:
-            db.warn("stereo-unlike", f"{product.path} and {right.path} differ in their {problem}; nothing is published")
-            return False
-        rotations, baseline = rectification(_pose(db, product), _pose(db, right))
-        shift = -lens.fx * baseline
+    topic, k = topic_name(db, product.camera_path), _matrix(db, product)
+    if right is None:
+        memory.product, memory.right = product, None
+        _add(db, product, topic, inputs.frameId, IDENTITY, _projection(k))
+        return True
+    problem = _unlike(_lens(product), _lens(right))
+    if problem:
+        db.warn("stereo-unlike", f"{product.path} and {right.path} differ in their {problem}; nothing is published")
+        return False
     memory.product, memory.right = product, right
-    topic = topic_name(db, product.camera_path)
-    _add(db, product, topic, inputs.frameId, rotations[0], [*k[:3], 0.0, *k[3:6], 0.0, *k[6:], 0.0])
-    if right is not None:
-        topic = topic_name(db, right.camera_path, inputs.topicNameRight)
-        k = _matrix(db, right)
-        _add(db, right, topic, inputs.frameIdRight, rotations[1], [*k[:3], shift, *k[3:6], 0.0, *k[6:], 0.0])
+    rotations, baseline = rectification(_pose(db, product), _pose(db, right))
+    k = [(one + other) / 2 for one, other in zip(k, _matrix(db, right), strict=True)]  # rows meet, far points coincide
+    _add(db, product, topic, inputs.frameId, rotations[0], _projection(k))
+    topic = topic_name(db, right.camera_path, inputs.topicNameRight)
+    _add(db, right, topic, inputs.frameIdRight, rotations[1], _projection(k, -k[0] * baseline))
     return True
 
 
@@ -102,10 +101,10 @@ def _add(
     db: Database, product: RenderProduct, topic: str, frame_id: str, r: Sequence[float], p: Sequence[float]
 ) -> None:
     inputs, lens = db.inputs, _lens(product)
-    distortion = distortion_of(lens)
-    if distortion is None:
-        db.warn("lens-without-model", f"{product.camera_path}: ROS has no model of its lens; D is 0")
-        distortion = "plumb_bob", (0.0,) * 5
+    distortion = distortion_of(lens) or PINHOLE
+    if distortion_of(_config(product).lens) is None:
+        said = "ROS has no model of its lens; K is that of its focal length and aperture, D is 0"
+        db.warn("lens-without-model", f"{product.camera_path}: {said}")
     make = partial(_message, frame_id, (lens.width, lens.height), distortion, _matrix(db, product), r, p)
     stamp = stamps(db.app, system_time=inputs.useSystemTime, reset_on_stop=inputs.resetSimulationTimeOnStop)
     publish_with(db, product, FrameWriter(db.app.bus, topic, CAMERA_INFO, stamp, make, inputs.frameSkipCount + 1))
@@ -118,6 +117,11 @@ def _matrix(db: Database, product: RenderProduct) -> list[float]:
         said = f"{product.camera_path}: its CameraInfo has fx {lens.fx:g} for fy {lens.fy:g}, unlike its image"
         db.warn("camera-info-square", f"{said} (as in Isaac Sim; --{INFO_SQUARE_PIXELS}=false keeps fy)")
     return matrix_of(lens, square=square)
+
+
+def _projection(k: Sequence[float], shift: float = 0.0) -> list[float]:
+    """P, row by row, of a matrix K; shift: what lies in its last column [px m]."""
+    return [*k[:3], shift, *k[3:6], 0.0, *k[6:], 0.0]
 
 
 def _message(
@@ -133,10 +137,22 @@ def _message(
     return camera_info(at, frame_id, size, distortion, k, r, p)
 
 
-def _lens(product: RenderProduct) -> Lens:
+def _config(product: RenderProduct) -> CameraConfig:
     from graph.sim.renderer.wrapper import unwrapped
 
-    return cast("CameraRuntime", unwrapped(product.sensor)).config.lens
+    return cast("CameraRuntime", unwrapped(product.sensor)).config
+
+
+def _lens(product: RenderProduct) -> Lens:
+    """The lens that a CameraInfo describes: the camera's, or a pinhole on its film where ROS has no model of it."""
+    from sensors.camera.lens import Lens
+
+    config = _config(product)
+    if distortion_of(config.lens) is not None:
+        return config.lens
+    width, height = config.size
+    focal = width * config.focal_length / config.apertures[0]
+    return Lens(width, height, focal, focal, width / 2, height / 2)
 
 
 def _pose(db: Database, product: RenderProduct) -> NDArray[np.float64]:
@@ -153,8 +169,8 @@ def _pose(db: Database, product: RenderProduct) -> NDArray[np.float64]:
 def _unlike(left: Lens, right: Lens) -> str:
     if (left.width, left.height) != (right.width, right.height):
         return "resolution"
-    first, second = distortion_of(left), distortion_of(right)
-    return "distortion model" if (first or ("",))[0] != (second or ("",))[0] else ""
+    first, second = (distortion_of(lens) or PINHOLE for lens in (left, right))
+    return "distortion model" if first[0] != second[0] else ""
 
 
 def rectification(

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
+from nodes.isaac.depth import points_of
+
 from .boxes import DETECTIONS_2D, DETECTIONS_3D, detections_2d, detections_3d
 from .image_messages import COMPRESSED, IMAGE, image
 from .messages import stamp
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
     from sensors.frame import Frame
 
 RESERVED = ("BACKGROUND", "UNLABELLED", "INVALID")
+PINHOLE: tuple[str, Sequence[float]] = "plumb_bob", (0.0,) * 5
+"""Distortion model and coefficients of a lens without distortion."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +38,7 @@ class Reading:
     frame_id: str
     meters_per_unit: float
     boxes_in_world: bool
+    cloud_of_corners: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,9 +74,12 @@ def _cloud(reading: Reading) -> Any:
     """Every pixel as a point in the optical frame; NaN without a hit."""
     import numpy as np
 
-    distance = reading.found.reshape(-1, 1)
+    distance, config = reading.found.reshape(-1, 1), reading.frame.config
     known = np.where(np.isfinite(distance), distance, np.float32(np.nan))
-    points = known * _directions(reading.frame.config.lens)
+    points = known * _directions(config.lens)
+    if reading.cloud_of_corners:
+        width, height = config.size
+        points = points_of(points[:, 2].reshape(height, width), width * config.focal_length / config.apertures[0])
     return point_cloud(points, {}, reading.nanoseconds, reading.frame_id)
 
 
@@ -153,7 +161,7 @@ def distortion_of(lens: Lens) -> tuple[str, Sequence[float]] | None:
     if isinstance(lens, FisheyeLens) and lens.coefficients[0] == 1.0 and len(lens.coefficients) == 5:
         return "equidistant", lens.coefficients[1:]
     if lens.is_pinhole:
-        return "plumb_bob", (0.0,) * 5
+        return PINHOLE
     return None
 
 

@@ -103,6 +103,12 @@ DIFFERENCES: tuple[Difference, ...] = (
         "the CameraInfo of a lens with two focal lengths has both, as its image does; or fx twice, with a warning",
     ),
     Difference(
+        keys.CLOUD_OF_CORNERS,
+        True,
+        "a point of a camera helper's depth_pcl lies on the ray that its pixel's lens casts, or on that of a pinhole "
+        "through the pixel's top left corner",
+    ),
+    Difference(
         keys.MERGE_TRANSFORMS,
         False,
         "transforms of several nodes with the same topic, quality and stamp are one message, or one for each node",

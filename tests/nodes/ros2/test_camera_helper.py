@@ -97,6 +97,17 @@ def test_what_a_camera_does_not_hit_is_not_a_number_in_clouds_and_infinite_in_de
     assert not cloud.is_dense
 
 
+@pytest.mark.parametrize(("of_corners", "column"), [(False, 32.5), (True, 32)])
+def test_points_are_seen_through_the_middles_of_pixels_unless_a_setting_says_corners(app, of_corners, column):
+    """The front at 3.5 m, f = 62.5 px: pixel (32, 24) is 28 mm off the axis at its middle, on it at its corner."""
+    app.settings.set("/tickgraph/cameraCloudOfCorners", of_corners)
+    helper(app, "depth_pcl", topicName="cloud")
+    [cloud] = messages(app, "/cloud")[:1]
+    points = np.frombuffer(cloud.data.tobytes(), "<f4").reshape(48, 64, 3)
+    away = (column - 32) * 3.5 / 62.5
+    np.testing.assert_allclose(points[24, 32], [away, away, 3.5], atol=1e-5)
+
+
 @pytest.mark.parametrize(
     ("kind", "labels"),
     [
@@ -240,9 +251,8 @@ def test_a_lens_schema_gives_the_distortion_model(app, schema, model, values, di
     info = messages(app, "/camera_info")[0]
     assert info.distortion_model == distortion
     assert info.d.tolist() == pytest.approx(coefficients, abs=1e-6)
-    if model.startswith("opencv"):
-        assert info.k.tolist()[0] == pytest.approx(900 * 64 / 2048)
-        assert info.k.tolist()[4] == pytest.approx(800 * 48 / 1024)
+    focal = (900 * 64 / 2048, 800 * 48 / 1024) if model.startswith("opencv") else (FX, FX)
+    assert info.k.tolist() == pytest.approx([focal[0], 0, 32, 0, focal[1], 24, 0, 0, 1])
     assert [warning.code for warning in trace.warnings] == (["lens-without-model"] if model == "ftheta" else [])
 
 
@@ -303,6 +313,20 @@ def test_a_stereo_pair_has_its_baseline_in_the_right_projection(app):
     assert right.p.tolist()[3] == pytest.approx(-FX * 0.15, rel=1e-6)
     assert right.header.frame_id == "sim_camera_right"
     assert left.r.tolist() == pytest.approx([1, 0, 0, 0, 1, 0, 0, 0, 1], abs=1e-9)
+
+
+def test_cameras_of_different_lenses_are_rectified_to_one(app):
+    """Half the film: f is 62.5 px and 125 px, in the mean 93.75. A point 6 m ahead of the left camera, 1 m above it, is
+    93.75 / 6 = 15.625 px above the middle in both, and 93.75 x 0.15 / 6 = 2.34375 px further left in the right one.
+    """
+    path = right_product(app)
+    aperture = app.stage.GetPrimAtPath("/World/Right").GetAttribute("horizontalAperture")
+    aperture.Set(aperture.Get() / 2)
+    helper(app, node="ROS2CameraInfoHelper", renderProductPathRight=path)
+    left, right = messages(app, "/camera_info")[0], messages(app, "/camera_info_right")[0]
+    assert (left.k[0], right.k[0]) == pytest.approx((FX, 2 * FX), rel=1e-6)
+    seen = [one.p.reshape(3, 4) @ [0.0, -1.0, 6.0, 1.0] / 6 for one in (left, right)]
+    np.testing.assert_allclose(seen, [[32, 24 - 15.625, 1], [32 - 2.34375, 24 - 15.625, 1]], rtol=1e-6)
 
 
 def test_a_right_camera_that_comes_later_makes_a_pair_of_both(app):
