@@ -5,15 +5,13 @@ from __future__ import annotations
 from graph.node import Attribute, Database, node_type
 
 from .buffers import BUFFERS, cloud_attributes, write_buffers
-from .frames import CUDA_DEVICE, DATA_PTR, EXEC, RENDER_PRODUCT, Reader, attach, read_frame, release
+from .frames import CUDA_DEVICE, DATA_PTR, EXEC, RENDER_PRODUCT, Reader, attach, cloud_channels, read_frame, release
 
 
 def _wanted(db: Database) -> frozenset[str]:
     """The channels of the outputs that something reads."""
-    from sensors.annotators.outputs import SCAN_BUFFER_CHANNELS
-
     consumed = [name for name in BUFFERS if db.consumed(f"{name}Ptr") or db.consumed(f"{name}BufferSize")]
-    return frozenset({"xyz"}.union(*(SCAN_BUFFER_CHANNELS[name] for name in consumed)))
+    return cloud_channels(db, consumed)
 
 
 def _prepare(db: Database) -> None:

@@ -42,6 +42,13 @@ def attach(db: Database, channels: Callable[[Any], Iterable[str]]) -> RenderProd
     return product
 
 
+def cloud_channels(db: Database, names: Iterable[str]) -> frozenset[str]:
+    """The channels for some outputs of a cloud, of the sensor that `attach` has found, as far as it measures them."""
+    from sensors.annotators.outputs import channels_of
+
+    return channels_of(names, db.app.rendering.products[db.inputs.renderProductPath].sensor.type_name)
+
+
 def detach(db: Database) -> None:
     """Withdraws the node's request."""
     memory = db.memory

@@ -1,4 +1,4 @@
-"""A lidar frame as separate buffers, each on request."""
+"""A frame of a lidar or radar as separate buffers, each on request."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from .frames import (
     RENDER_PRODUCT,
     Reader,
     attach,
-    read_lidar_frame,
+    cloud_channels,
+    read_frame,
     release,
     say_deprecated,
 )
@@ -44,9 +45,7 @@ def _names(db: Database) -> frozenset[str]:
 
 
 def _wanted(db: Database) -> frozenset[str]:
-    from sensors.annotators.outputs import SCAN_BUFFER_CHANNELS
-
-    return frozenset({"xyz"}.union(*(SCAN_BUFFER_CHANNELS[name] for name in _names(db))))
+    return cloud_channels(db, _names(db))
 
 
 def _prepare(db: Database) -> None:
@@ -76,14 +75,15 @@ def _prepare(db: Database) -> None:
     prepare=_prepare,
 )
 def create_scan_buffer(db: Database) -> bool:
-    """Give a lidar frame's points and the requested buffers, lengths in stage units.
+    """Give a frame's points and the requested buffers, lengths in stage units, of a lidar or a radar.
 
-    A buffer above the prim's auxiliary level stays empty. For a frame without points the outputs keep their values.
+    A buffer above the prim's auxiliary level, or that the sensor does not measure, stays empty. For a frame without
+    points the outputs keep their values.
     """
     from sensors.annotators import outputs
 
     say_deprecated(db, "IsaacExtractRTXSensorPointCloud")
-    frame = read_lidar_frame(db, _wanted)
+    frame = read_frame(db, _wanted)
     if frame is None or frame.count == 0:
         return False
     scan = outputs.scan_buffer(frame, db.app.meters_per_unit, _names(db))

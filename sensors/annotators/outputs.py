@@ -8,6 +8,7 @@ import numpy as np
 
 from sensors.channels import CHANNELS
 from sensors.frame import Frame
+from sensors.sensor_types import sensor_type
 
 LABELS = {
     "azimuth": "azimuth",
@@ -28,15 +29,18 @@ LABELS = {
 }
 """Name of a node output -> its channel; timestamps are absolute, u64 ns."""
 
-SCAN_BUFFER_CHANNELS: dict[str, tuple[str, ...]] = {
-    "data": ("xyz",),
-    **{name: (channel,) for name, channel in LABELS.items()},
-    "radialVelocityMS": (),
-}
-"""Output of IsaacCreateRTXLidarScanBuffer -> the channels it needs; radialVelocityMS exists only for radars."""
+SCAN_BUFFER_CHANNELS = {"data": "xyz", **LABELS}
+"""Output of IsaacCreateRTXLidarScanBuffer -> the channel it needs; what the sensor does not measure stays empty."""
 
 EXTRACT_CHANNELS = frozenset({"xyz", "azimuth", "elevation", "distance", "scalar", "timeOffsetNs"})
 """The outputs that IsaacExtractRTXSensorPointCloud always gives; auxiliary outputs depend on the frame."""
+
+
+def channels_of(names: Iterable[str], type_name: str) -> frozenset[str]:
+    """The channels to request for some outputs of a sensor of a prim type: points, and what it measures of the rest."""
+    kind = sensor_type(type_name)
+    wanted = {SCAN_BUFFER_CHANNELS[name] for name in names}
+    return frozenset({"xyz", *(wanted & kind.measures if kind else wanted)})
 
 
 def transform_of(frame: Frame) -> np.ndarray:

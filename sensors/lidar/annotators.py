@@ -1,4 +1,4 @@
-"""The annotators that read only lidars: scan buffers and flat scans."""
+"""Scan buffers, which radars have too, and flat scans, which are a lidar's only."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from graph.base.errors import UserError
 from graph.sim import settings as keys
 from graph.sim.renderer.wrapper import unwrapped
-from sensors.annotators.outputs import SCAN_BUFFER_CHANNELS, empty_outputs, scan_buffer
+from sensors.annotators.outputs import SCAN_BUFFER_CHANNELS, channels_of, empty_outputs, scan_buffer
 from sensors.annotators.types import AnnotatorType, Reading, with_info
 
 from .flat_scan import FLAT_SCAN_CHANNELS, FlatScan, flat_scan, require_2d
@@ -35,8 +35,8 @@ def _wanted(options: Mapping[str, Any]) -> list[str]:
     return [name for flag, name in FLAGS.items() if options[flag]]
 
 
-def _scan_channels(reading: Reading) -> set[str]:
-    return {"xyz"}.union(*(SCAN_BUFFER_CHANNELS[name] for name in _wanted(reading.options)))
+def _scan_channels(reading: Reading) -> frozenset[str]:
+    return channels_of(_wanted(reading.options), reading.sensor.type_name)
 
 
 def _scan_buffer(reading: Reading) -> dict[str, Any]:
@@ -92,7 +92,6 @@ ANNOTATORS = (
         _scan_buffer,
         _scan_channels,
         options={**dict.fromkeys(FLAGS, False), **NO_EFFECT},
-        modality=MODALITY,
         keeps_last=True,
         instead="IsaacExtractRTXSensorPointCloud",
     ),

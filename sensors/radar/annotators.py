@@ -4,21 +4,22 @@ from __future__ import annotations
 
 from typing import Any
 
-from sensors.annotators.outputs import extract_point_cloud
+from sensors.annotators.outputs import empty_outputs, extract_point_cloud
 from sensors.annotators.types import AnnotatorType, Reading, with_info
-from sensors.channels import CHANNELS
 
 from .names import MODALITY
 
+NAMES = ("data", "azimuth", "elevation", "distance", "intensity", "timestamp", "radialVelocityMS")
+
 
 def _point_cloud(reading: Reading) -> dict[str, Any]:
-    frame = reading.frame
-    if frame is None:
-        return with_info({"data": CHANNELS["xyz"].empty()}, reading)
-    found = extract_point_cloud(frame)
+    frame, found = reading.frame, empty_outputs(NAMES)
+    if frame is not None:
+        found |= extract_point_cloud(frame)
     found["rcs"] = found.pop("intensity")
     told = with_info(found, reading)
-    told["info"] |= {**frame.facts, "numDetections": frame.count}
+    if frame is not None:
+        told["info"] |= {**frame.facts, "numDetections": frame.count}
     return told
 
 

@@ -9,6 +9,7 @@ from graph.sim import settings as keys
 from sensors import (
     Lidar,
     LidarSensor,
+    Radar,
     parse_generic_model_output_data,
     parse_stable_id_map_data,
     register_annotator_spec,
@@ -179,14 +180,24 @@ def test_a_flat_scan_of_a_3d_lidar_names_the_emitter_and_its_elevation(app):
     assert rep.get_annotator(FLAT_SCAN).attach(rep.create_render_product("/World/Flat")).product is not None
 
 
-@pytest.mark.parametrize("name", [SCAN_BUFFER, FLAT_SCAN])
-def test_what_reads_lidars_alone_names_a_radar_and_itself(app, name):
-    product = rep.create_render_product("/World/Lidar")
+def test_what_reads_lidars_alone_names_a_radar_and_itself(app):
     app.stage.DefinePrim("/World/Radar", "OmniRadar")
-    product.camera_path = "/World/Radar"
+    product = rep.create_render_product("/World/Radar")
+    with pytest.raises(ValueError, match=rf"{FLAT_SCAN}: /World/Radar is OmniRadar; it reads OmniLidar only"):
+        rep.get_annotator(FLAT_SCAN).attach(product)
 
-    with pytest.raises(ValueError, match=rf"{name}: /World/Radar is OmniRadar; it reads OmniLidar only"):
-        rep.get_annotator(name).attach(product)
+
+def test_a_scan_buffer_of_a_radar_has_radial_velocities_and_nothing_of_a_lidar(app):
+    radar = Radar("/World/Radar", aux_output_level="BASIC", app=app)
+    flags = {f"output{name}": True for name in ("RadialVelocityMS", "Distance", "EmitterId", "HitNormal")}
+    buffer = rep.get_annotator(SCAN_BUFFER, flags).attach(rep.create_render_product(radar))
+    app.play()
+    app.update(steps=2)
+    found = buffer.get_data()
+    assert found["radialVelocityMS"].tolist() == [0.0] * len(found["data"]) != []
+    assert len(found["distance"]) == len(found["data"])
+    assert found["emitterId"].shape == (0,)
+    assert found["hitNormal"].shape == (0, 3)
 
 
 @pytest.mark.parametrize(

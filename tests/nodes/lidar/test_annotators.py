@@ -23,12 +23,12 @@ def runner():
     """A function that runs a post-render graph of these nodes beside one that makes the product of /World/Lidar."""
     made = []
 
-    def make(app, nodes, connections=(), product=PRODUCT):
+    def make(app, nodes, connections=(), product=PRODUCT, prim="/World/Lidar"):
         simulation = GraphSpec(
             "/World/Make",
             (
                 NodeSpec("tick", "OnPlaybackTick"),
-                NodeSpec("product", "IsaacCreateRenderProduct", {"cameraPrim": "/World/Lidar"}),
+                NodeSpec("product", "IsaacCreateRenderProduct", {"cameraPrim": prim}),
             ),
             (ConnectionSpec("tick.tick", "product.execIn"),),
         )
@@ -217,7 +217,42 @@ def test_in_a_simulation_graph_they_see_the_last_delivered_frame(lidar, world):
     assert trace.fired("exec") == list(range(6, 13))
 
 
-@pytest.mark.parametrize("kind", [BUFFER, FLAT])
+@pytest.fixture
+def radar(stage, lidar):
+    """A radar at level BASIC at the origin, before the walls of `lidar`."""
+    from sensors.prim import write_aux_level
+
+    write_aux_level(stage.DefinePrim("/World/Radar", "OmniRadar"), "BASIC")
+    return "/World/Radar"
+
+
+def test_a_scan_buffer_of_a_radar_has_radial_velocities_and_nothing_of_a_lidar(radar, world, runner):
+    app = world(physics_hz=60)
+    flags = dict.fromkeys((*FLAGS, "outputRadialVelocityMS"), True)
+    node = runner(app, {"buffer": (BUFFER, flags)}, prim=radar)["buffer"]
+    app.update(2)
+    count = node.get("outputs:width")
+    assert array(node, "radialVelocityMSPtr").tolist() == [0.0] * count != []
+    assert array(node, "distancePtr").shape == array(node, "intensityPtr").shape == (count,)
+    assert node.get("outputs:emitterIdPtr") == node.get("outputs:hitNormalPtr") == 0
+
+
+def test_a_cloud_of_a_radar_is_published_with_its_radial_velocities(radar, world, runner):
+    """Nothing else asks for them: the connection does, as in the documented graph that gates a radar."""
+    app = world(physics_hz=60)
+    publisher = ("ROS2PublishPointCloud", {"outputRadialVelocityMS": True})
+    links = [
+        ("cloud.exec", "publish.execIn"),
+        ("cloud.dataPtr", "publish.dataPtr"),
+        ("cloud.radialVelocityMSPtr", "publish.radialVelocityMSPtr"),
+    ]
+    runner(app, {"cloud": (EXTRACT, {}), "publish": publisher}, links, prim=radar)
+    app.update(2)
+    fields = [field.name for field in app.sink["/point_cloud"][-1].message.fields]
+    assert fields == ["x", "y", "z", "radial_velocity_ms"]
+
+
+@pytest.mark.parametrize("kind", [FLAT])
 def test_what_reads_lidars_alone_names_a_radar_and_the_node(stage, lidar, world, kind):
     lidar()
     app = world(physics_hz=240)
