@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar
+import math
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from sensors.errors import SensorValueError
 
 from .authoring import RtxCamera
 from .sensor import ANNOTATORS, WIDTHS, CameraSensor
-from .stereo_depth import NAMES, PREFIX, STEREO_ANNOTATORS, StereoDepth, authored_stereo, read_stereo
+from .stereo_depth import NAMES, PREFIX, STEREO_ANNOTATORS, STEREO_API, StereoDepth, authored_stereo, read_stereo
+
+if TYPE_CHECKING:
+    from pxr import Usd
+
+ABOVE_ZERO = ("sensor_size_pixel", "focal_length_pixel", "baseline_mm")
+"""Fields of `StereoDepth` that cannot be 0."""
 
 
 class SingleViewDepthCameraSensor(CameraSensor):
@@ -37,28 +45,46 @@ class SingleViewDepthCameraSensor(CameraSensor):
 
     def __init__(self, camera: RtxCamera | str, **options: Any) -> None:
         super().__init__(camera, **options)
+        with self._editing() as prim:
+            prim.ApplyAPI(STEREO_API)
         self._copy_template()
 
     @property
     def stereo(self) -> StereoDepth:
         """The values in use."""
-        return read_stereo(self._app.stage.GetPrimAtPath(self.render_product.path))
+        return read_stereo(self._product_prim)
 
     def set_sensor_baseline(self, baseline: float | None) -> None:
         """Sets the distance of the two imagers [mm]."""
         self._set(baseline_mm=baseline)
 
+    def get_sensor_baseline(self) -> float:
+        """The distance of the two imagers [mm]."""
+        return self.stereo.baseline_mm
+
     def set_sensor_focal_length(self, focal_length: float | None) -> None:
         """Sets the focal length of the imagers [px]."""
         self._set(focal_length_pixel=focal_length)
+
+    def get_sensor_focal_length(self) -> float:
+        """The focal length of the imagers [px]."""
+        return self.stereo.focal_length_pixel
 
     def set_sensor_size(self, size: float | None) -> None:
         """Sets the width of the imagers [px]."""
         self._set(sensor_size_pixel=size)
 
+    def get_sensor_size(self) -> float:
+        """The width of the imagers [px]."""
+        return self.stereo.sensor_size_pixel
+
     def set_sensor_maximum_disparity(self, maximum_disparity: float | None) -> None:
         """Sets the largest disparity that is found [px]."""
         self._set(max_disparity_pixel=maximum_disparity)
+
+    def get_sensor_maximum_disparity(self) -> float:
+        """The largest disparity that is found [px]."""
+        return self.stereo.max_disparity_pixel
 
     def set_sensor_distance_cutoffs(
         self, minimum_distance: float | None = None, maximum_distance: float | None = None
@@ -66,42 +92,84 @@ class SingleViewDepthCameraSensor(CameraSensor):
         """Sets the nearest and the farthest distance that is measured [m]."""
         self._set(min_distance=minimum_distance, max_distance=maximum_distance)
 
+    def get_sensor_distance_cutoffs(self) -> tuple[float, float]:
+        """The nearest and the farthest distance that is measured [m]."""
+        return self.stereo.min_distance, self.stereo.max_distance
+
     def set_sensor_noise_parameters(self, noise_mean: float | None = None, noise_sigma: float | None = None) -> None:
         """Sets the step and the standard error of disparities [px]; a step of 0 switches both off."""
         self._set(noise_mean=noise_mean, noise_sigma=noise_sigma)
 
-    def set_sensor_disparity_noise_downscale(self, factor: float | None) -> None:
+    def get_sensor_noise_parameters(self) -> tuple[float, float]:
+        """The step and the standard error of disparities [px]."""
+        return self.stereo.noise_mean, self.stereo.noise_sigma
+
+    def set_sensor_disparity_noise_downscale(self, downscale: float | None) -> None:
         """Sets the side of the squares that have the same noise [px]."""
-        self._set(noise_downscale_factor_pixel=factor)
+        self._set(noise_downscale_factor_pixel=downscale)
+
+    def get_sensor_disparity_noise_downscale(self) -> float:
+        """The side of the squares that have the same noise [px]."""
+        return self.stereo.noise_downscale_factor_pixel
 
     def set_enabled_post_processing(self, enabled: bool | None) -> None:
         """Whether depth is measured; if not, it is exact."""
         self._set(enabled=enabled)
 
+    def get_enabled_post_processing(self) -> bool:
+        """Whether depth is measured; if not, it is exact."""
+        return self.stereo.enabled
+
     def set_sensor_disparity_confidence(self, confidence_threshold: float | None) -> None:
         """Keeps the confidence below which a disparity counts as not found; it has no effect."""
-        self._keep("confidenceThreshold", "Float", confidence_threshold)
+        self._keep("confidenceThreshold", confidence_threshold)
 
-    def set_sensor_output_mode(self, output_mode: int | None) -> None:
+    def get_sensor_disparity_confidence(self) -> float:
+        """The confidence that is kept; it has no effect."""
+        return float(self._kept("confidenceThreshold"))
+
+    def set_sensor_output_mode(self, mode: int | None) -> None:
         """Keeps how depth is painted over the colours, 0 (not at all) to 7; it has no effect."""
-        if output_mode is not None and output_mode not in range(8):
-            raise SensorValueError(f"{self.path}: output_mode {output_mode}: give a whole number from 0 to 7")
-        self._keep("rgbDepthOutputMode", "Int", output_mode)
+        if mode is not None and mode not in range(8):
+            raise SensorValueError(f"{self.path}: mode {mode}: give a whole number from 0 to 7")
+        self._keep("rgbDepthOutputMode", mode)
+
+    def get_sensor_output_mode(self) -> int:
+        """The output mode that is kept; it has no effect."""
+        return int(self._kept("rgbDepthOutputMode"))
 
     def set_enabled_outlier_removal(self, enabled: bool | None) -> None:
         """Keeps whether outliers are removed; it has no effect."""
-        self._keep("outlierRemovalEnabled", "Bool", enabled)
+        self._keep("outlierRemovalEnabled", enabled)
 
-    def _keep(self, name: str, kind: str, value: float | bool | None) -> None:
+    def get_enabled_outlier_removal(self) -> bool:
+        """Whether outliers would be removed; it has no effect."""
+        return bool(self._kept("outlierRemovalEnabled"))
+
+    @property
+    def _product_prim(self) -> Usd.Prim:
+        return self._app.stage.GetPrimAtPath(self.render_product.path)
+
+    @contextmanager
+    def _editing(self) -> Iterator[Usd.Prim]:
+        """The render product's prim; what is authored on it meanwhile goes to the session layer."""
+        from graph.sim.usd import Usd
+
+        with Usd.EditContext(self._app.stage, self._app.stage.GetSessionLayer()):
+            yield self._product_prim
+
+    def _kept(self, name: str) -> Any:
+        return self._product_prim.GetAttribute(PREFIX + name).Get()
+
+    def _keep(self, name: str, value: float | bool | None) -> None:
         """Writes a setting without effect on the render product."""
-        from graph.sim.usd import Sdf, Usd
-
         assert value is not None, f"give {name}"
-        app, path = self._app, self.render_product.path
-        with Usd.EditContext(app.stage, app.stage.GetSessionLayer()):
-            prim = app.stage.GetPrimAtPath(path)
-            prim.CreateAttribute(PREFIX + name, getattr(Sdf.ValueTypeNames, kind), custom=False).Set(value)
-        app.warn("depth-setting-ignored", f"{path}.{name}", f"{PREFIX}{name} has no effect here")
+        number = self._finite(name, value)
+        with self._editing() as prim:
+            attribute = prim.GetAttribute(PREFIX + name)
+            attribute.Set(type(attribute.Get())(number))
+        where = f"{self.render_product.path}.{name}"
+        self._app.warn("depth-setting-ignored", where, f"{PREFIX}{name} has no effect here")
 
     def _copy_template(self) -> None:
         """Takes what a configuration or an asset says of the camera's render product."""
@@ -113,16 +181,20 @@ class SingleViewDepthCameraSensor(CameraSensor):
             self._set(**said)
 
     def _set(self, **values: Any) -> None:
-        from graph.sim.usd import Sdf, Usd
-
         assert any(value is not None for value in values.values()), f"give {' or '.join(values)}"
-        stage = self._app.stage
-        for name, value in values.items():
-            if value is None:
-                continue
-            if value < 0 or (name in ("sensor_size_pixel", "focal_length_pixel", "baseline_mm") and value <= 0):
-                raise SensorValueError(f"{self.path}: {name} {value}: give a number above 0")
-            kind = Sdf.ValueTypeNames.Bool if name == "enabled" else Sdf.ValueTypeNames.Float
-            with Usd.EditContext(stage, stage.GetSessionLayer()):
-                prim = stage.GetPrimAtPath(self.render_product.path)
-                prim.CreateAttribute(PREFIX + NAMES[name], kind, custom=False).Set(value)
+        numbers = {name: self._finite(name, value) for name, value in values.items() if value is not None}
+        for name, value in numbers.items():
+            if value < 0 or (name in ABOVE_ZERO and value <= 0):
+                raise SensorValueError(f"{self.path}: {name} {value:g}: give a number above 0")
+        with self._editing() as prim:
+            for name, value in numbers.items():
+                prim.GetAttribute(PREFIX + NAMES[name]).Set(bool(value) if name == "enabled" else value)
+
+    def _finite(self, name: str, value: Any) -> float:
+        try:
+            found = float(value)
+        except (TypeError, ValueError):
+            found = math.nan
+        if not math.isfinite(found):
+            raise SensorValueError(f"{self.path}: {name} {value!r}: give a finite number")
+        return found

@@ -18,6 +18,7 @@ from .channels import RGB
 from .lens import Lens
 from .names import MODALITY
 
+STEREO_API = "OmniSensorDepthSensorSingleViewAPI"
 PREFIX = "omni:rtx:post:depthSensor:"
 DEPTH = "distance_to_image_plane"
 
@@ -73,8 +74,8 @@ def authored_stereo(prim: Any) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for field, name in NAMES.items():
         attribute = prim.GetAttribute(PREFIX + name)
-        value = attribute.Get() if attribute else None
-        if value is not None:
+        if attribute and attribute.HasAuthoredValue():
+            value = attribute.Get()
             found[field] = bool(value) if field == "enabled" else float(value)
     return found
 

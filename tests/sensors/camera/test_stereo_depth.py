@@ -97,10 +97,12 @@ def test_settings_without_effect_are_kept_and_told():
         names = ("confidenceThreshold", "rgbDepthOutputMode", "outlierRemovalEnabled")
         kept = [product.GetAttribute(f"omni:rtx:post:depthSensor:{name}").Get() for name in names]
         assert kept == [pytest.approx(0.9), 7, False]
+        kept = sensor.get_sensor_disparity_confidence(), sensor.get_sensor_output_mode()
+        assert (*kept, sensor.get_enabled_outlier_removal()) == (pytest.approx(0.9), 7, False)
         assert [one.code for one in app.warnings] == ["depth-setting-ignored"] * 3
         with pytest.raises(AssertionError, match="give confidenceThreshold"):
             sensor.set_sensor_disparity_confidence(None)
-        with pytest.raises(ValueError, match="output_mode 8: give a whole number from 0 to 7"):
+        with pytest.raises(ValueError, match="mode 8: give a whole number from 0 to 7"):
             sensor.set_sensor_output_mode(8)
 
 
@@ -127,3 +129,33 @@ def test_the_sensor_hands_it_out_and_has_no_colours():
             sensor.set_sensor_noise_parameters()
         with pytest.raises(ValueError, match="baseline_mm 0: give a number above 0"):
             sensor.set_sensor_baseline(0)
+
+
+def test_the_render_product_has_the_schema_and_its_defaults():
+    """The table of OmniSensorDepthSensorSingleViewAPI; 0.7 is a float32."""
+    with weightless() as app:
+        sensor = SingleViewDepthCameraSensor("/World/Camera", resolution=(4, 6), app=app)
+        product = app.stage.GetPrimAtPath(sensor.render_product.path)
+        assert "OmniSensorDepthSensorSingleViewAPI" in product.GetAppliedSchemas()
+        assert product.GetAttribute("omni:rtx:post:depthSensor:maxDisparityPixel").Get() == 110
+        found = (sensor.get_sensor_baseline(), sensor.get_sensor_focal_length(), sensor.get_sensor_size())
+        assert found == (55.0, 897.0, 1280.0)
+        assert sensor.get_sensor_distance_cutoffs() == (0.5, 1e7)
+        assert sensor.get_sensor_noise_parameters() == (0.25, 0.25)
+        assert (sensor.get_sensor_maximum_disparity(), sensor.get_sensor_disparity_noise_downscale()) == (110.0, 1.0)
+        assert sensor.get_sensor_disparity_confidence() == pytest.approx(0.7)
+        assert (sensor.get_enabled_post_processing(), sensor.get_sensor_output_mode()) == (True, 0)
+        sensor.set_sensor_baseline(75)
+        sensor.set_sensor_distance_cutoffs(maximum_distance=4.0)
+        sensor.set_enabled_post_processing(False)
+        assert (sensor.get_sensor_baseline(), sensor.get_sensor_distance_cutoffs()) == (75.0, (0.5, 4.0))
+        assert sensor.get_enabled_post_processing() is False
+
+
+@pytest.mark.parametrize("value", ["wide", float("nan"), float("inf")])
+def test_a_setting_that_is_not_a_finite_number_is_reported(value):
+    with weightless() as app:
+        sensor = SingleViewDepthCameraSensor("/World/Camera", resolution=(4, 6), app=app)
+        for write in (sensor.set_sensor_baseline, sensor.set_sensor_disparity_confidence):
+            with pytest.raises(ValueError, match=f"{value!r}: give a finite number"):
+                write(value)
