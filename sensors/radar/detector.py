@@ -10,6 +10,7 @@ import numpy as np
 from sensors.compiled import compiled
 
 from .antenna import Antenna
+from .aperture import Aperture
 from .cfar import Axis, detect, noise_level_at, sparse_noise_level
 from .config import ScanConfig
 from .cube import Cube, Grid, as_arrays_give
@@ -17,6 +18,9 @@ from .noise import Noise
 
 MOST_DETECTIONS = 2500
 """The strongest are kept, as many as the original's frames hold."""
+
+SAMPLES = Aperture(1 << 16, window="HANN")
+"""The samples of chirps: their transform is that of so many elements under a Hann window."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +66,8 @@ def detections(
     level = np.sqrt(np.maximum(1 - height**2, 0))
     directions = np.stack((np.sqrt(np.maximum(1 - sine**2, 0)) * level, sine * level, height))
     least, factor, scale = scan.rcs_tuning_coefficients
-    sigma = antenna.cross_section(cells.power, true_range, directions) * factor
+    power = cells.power / _share(cells) if scan.waveform and not scan.det_val_from_bin_idx else cells.power
+    sigma = antenna.cross_section(power, true_range, directions) * factor
     rcs = 10 * np.log10(np.maximum(sigma, 1e-30)) + scale * noise.normal("rcs", len(sigma), 0.0, 1.0)
     found = Detections(
         np.maximum(range_m + noise.normal("range", len(rcs), scan.range_noise_mean, scan.range_noise_sdev), 0.0),
@@ -79,6 +84,20 @@ def detections(
         kept = np.sort(kept[np.argsort(-cells.power[kept], kind="stable")[:MOST_DETECTIONS]])
     found = found.at(kept)
     return found.at(np.lexsort((found.azimuth, found.velocity, found.range_m)))
+
+
+def _share(cells: Cube) -> np.ndarray:
+    """Share (k,) of the power of a return that a cell of sampled chirps and arrays holds: less beside its middle."""
+    grid, share = cells.grid, np.ones(len(cells.power))
+    finer = (grid.finer, 1.0, *(each.finer if each else 1.0 for each in grid.arrays))
+    for axis, values, at, window, more in zip(
+        grid.axes, cells.values, cells.index, (SAMPLES, SAMPLES, *grid.arrays), finer, strict=True
+    ):
+        if window is not None and axis.count > 1:
+            away = (values - axis.centre(at)) / axis.width
+            away -= axis.count * np.rint(away / axis.count)  # ends that meet
+            share *= window.response(np.clip(away, -0.5, 0.5) / more)
+    return share
 
 
 def range_velocity(cube: Cube, noise: np.ndarray | None = None) -> np.ndarray:

@@ -64,12 +64,15 @@ def test_beams_are_equal_in_the_sine(mode, azimuth, beam):
         assert product.frame.facts["maxAzRad"] == pytest.approx(math.pi / 2)
 
 
-def test_between_beams_a_target_loses_what_the_response_says():
+def test_between_beams_a_target_loses_what_the_response_says_unless_it_is_refined():
     """19.14 dBsm less 3.87 dB half way between two beams (u = 1/8), 10 log10 0.4105; with as many zeros, a beam lies
-    there."""
+    there. Refined, the value is the target's, not the beam's."""
     (_, between), (_, padded) = (
-        detected(plates(7.181), arrayAzimuthElements=8, azimuthPaddingSamples=more) for more in (0, 8)
+        detected(plates(7.181), arrayAzimuthElements=8, azimuthPaddingSamples=more, detValFromBinIdx=True)
+        for more in (0, 8)
     )
+    _, refined = detected(plates(7.181), arrayAzimuthElements=8)
+    assert refined == pytest.approx([19.14], abs=0.15)
     assert between == pytest.approx([19.14 - 3.87], abs=0.15)
     assert padded == pytest.approx([19.14], abs=0.15)
 

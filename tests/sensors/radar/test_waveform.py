@@ -57,6 +57,17 @@ def test_one_target_is_one_detection_at_its_range(mode):
         assert product.frame.channel("distance")[0] == pytest.approx(20.33, abs=2e-3)
 
 
+@pytest.mark.parametrize("mode", ["2D", "4D"])
+@pytest.mark.parametrize("away", [0.0, 0.1, 0.2, 0.37])
+def test_the_cross_section_does_not_depend_on_where_in_its_cell_a_target_is(away, mode):
+    """4 pi A^2 / lambda^2 = 19.17 dBsm of a plate of 0.1 m; beside the edge of a cell the cell holds 1.4 dB less."""
+    tuning = {f"{SCAN}rcsTuningCoefficients": (-60.0, 1.0, 0.0)}
+    attributes = {f"{WPM}datacubeMode": "WAVEFORM", f"{WPM}cfarMode": mode, **tuning}
+    with radar_world(plate(0.1, 20.0 + away), attributes) as (app, product):
+        app.update()
+        assert product.frame.channel("scalar").max() == pytest.approx(19.17, abs=0.1)
+
+
 def test_targets_closer_than_the_lobe_are_one_where_fast_shows_two():
     """Two plates 0.5 m apart: neighbouring cells, one peak."""
     prims = {}
