@@ -34,15 +34,15 @@ class Medium:
 
 
 MEDIA = {
-    "concrete": Medium(5.24, 0.0462, 0.7822, roughness=0.5e-3),
+    "concrete": Medium(5.24, 0.0462, 0.7822, roughness=0.05e-3),
     "glass": Medium(6.31, 0.0036, 1.3394, thickness=4e-3),
-    "wood": Medium(1.99, 0.0047, 1.0718, roughness=0.2e-3),
+    "wood": Medium(1.99, 0.0047, 1.0718, roughness=0.05e-3),
     "plasterboard": Medium(2.73, 0.0085, 0.9395),
     "chipboard": Medium(2.58, 0.0217, 0.78),
     "floorboard": Medium(3.66, 0.0044, 1.3515),
     "metal": Medium(1.0, 1e7, 0.0),
 }
-"""P.2040-3, valid at 76 to 81 GHz; thickness and roughness are nominal figures of ours."""
+"""P.2040-3, valid at 76 to 81 GHz; thickness and roughness are nominal figures of ours: smooth as cast and planed."""
 
 
 def fresnel(permittivity: complex, cos_incidence: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
