@@ -166,13 +166,15 @@ def _aim(db: Database, prim: Any, place: Matrix, target: Matrix, problem: str) -
 
 
 def _place(db: Database, prim: Any, rotation: Matrix, place: Matrix, target: Matrix) -> None:
-    """Writes a camera's pose in the world, and its centre of interest."""
+    """Writes a camera's pose in the world, and its centre of interest. Fails the node unless both are finite."""
     import numpy as np
 
     from graph.sim import transforms
     from graph.sim.scene.prim_transforms import set_transform
     from graph.sim.usd import EARLIEST, Gf, Sdf, UsdGeom
 
+    if not np.isfinite([place, target]).all():
+        db.fail(f"{prim.GetPath()} would be at {place.tolist()} and look at {target.tolist()}; give finite numbers")
     placed = np.eye(4)
     placed[:3, :3], placed[:3, 3] = rotation, place
     parent = _parent(db, prim)

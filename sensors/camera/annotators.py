@@ -14,7 +14,7 @@ from sensors.channels import CHANNELS
 from .box_annotators import BOX_ANNOTATORS
 from .camera_params import camera_params
 from .channels import CROSS, FIRST, HDR, INSTANCE, LABELLED, RGB, SEMANTIC
-from .label_filter import OPTIONS, kept_labels
+from .label_filter import OPTIONS, check_filter, kept_labels
 from .names import MODALITY
 from .stereo_depth import STEREO_ANNOTATORS
 
@@ -139,12 +139,9 @@ def colour_of(number: int) -> tuple[int, int, int, int]:
 
 
 def _segmentation(kind: str, name: str) -> AnnotatorType:
-    if kind == SEMANTIC:
-        return AnnotatorType(
-            name, _semantic, lambda reading: (kind,), options={**COLORIZE, **OPTIONS}, modality=MODALITY
-        )
-    options = {**COLORIZE, **OPTIONS} if kind == LABELLED else COLORIZE
-    return AnnotatorType(name, _instances(kind), lambda reading: (kind,), options=options, modality=MODALITY)
+    read = _semantic if kind == SEMANTIC else _instances(kind)
+    options = COLORIZE if kind == INSTANCE else {**COLORIZE, **OPTIONS}
+    return AnnotatorType(name, read, lambda reading: (kind,), options=options, modality=MODALITY, check=check_filter)
 
 
 CLOUD = ("points", "normals", RGB, SEMANTIC, LABELLED)

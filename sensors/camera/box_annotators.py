@@ -10,7 +10,7 @@ import numpy as np
 from sensors.annotators.types import AnnotatorType, Reading
 
 from .channels import AROUND, BOX, FIRST, FLAT_BOX, LABELLED, LOOSE, SOLID_BOX, TIGHT
-from .label_filter import OPTIONS, kept_labels
+from .label_filter import OPTIONS, check_filter, kept_labels
 from .names import MODALITY
 
 HIDDEN = np.dtype([("instanceId", "<u4"), ("semanticId", "<u4"), ("occlusionRatio", "<f4")])
@@ -69,11 +69,15 @@ def _occlusion(reading: Reading) -> dict[str, Any]:
 
 
 def _annotator(kind: str, name: str) -> AnnotatorType:
-    return AnnotatorType(name, _boxes(kind), lambda reading: (kind,), options=OPTIONS, modality=MODALITY)
+    return AnnotatorType(
+        name, _boxes(kind), lambda reading: (kind,), options=OPTIONS, modality=MODALITY, check=check_filter
+    )
 
 
 BOX_ANNOTATORS = (
     *(_annotator(kind, f"{kind}{fast}") for kind in (TIGHT, LOOSE, BOX) for fast in ("", "_fast")),
     _annotator(AROUND, AROUND),
-    AnnotatorType("occlusion", _occlusion, lambda reading: (LOOSE,), options=OPTIONS, modality=MODALITY),
+    AnnotatorType(
+        "occlusion", _occlusion, lambda reading: (LOOSE,), options=OPTIONS, modality=MODALITY, check=check_filter
+    ),
 )

@@ -144,10 +144,10 @@ def _pair(attributes: _Attributes, name: str, *, positive: bool = False) -> tupl
 
 def _exposure(attributes: _Attributes) -> float:
     """2^exposure responsivity time (iso / 100) / fStop^2 of the exposure attributes; see `sensors/README.md`."""
-    number, authored = attributes.number, attributes.authored
-    scale = number("exposure:responsivity", 1.0) * authored("exposure:time", TIME) * number("exposure:iso", 100.0) / 100
+    least, authored = attributes.not_negative, attributes.authored
+    scale = least("exposure:responsivity", 1.0) * authored("exposure:time", TIME) * least("exposure:iso", 100.0) / 100
     with np.errstate(over="ignore"):
-        found = np.exp2(number("exposure")) * scale / (authored("exposure:fStop", F_STOP) or 1.0) ** 2
+        found = np.exp2(attributes.number("exposure")) * scale / (authored("exposure:fStop", F_STOP) or 1.0) ** 2
     return float(np.clip(np.nan_to_num(found), 0.0, 1e20))
 
 
@@ -172,9 +172,16 @@ class _Attributes:
             raise self.wrong(name, found, "give a finite number")
         return found
 
+    def not_negative(self, name: str, default: float) -> float:
+        found = self.number(name, default)
+        if found < 0:
+            raise self.wrong(name, found, "give 0 or more")
+        return found
+
     def authored(self, name: str, default: float) -> float:
+        """Of what is authored, else the default: 0 or more."""
         attribute = self.prim.GetAttribute(name)
-        return self.number(name) if attribute and attribute.HasAuthoredValue() else default
+        return self.not_negative(name, default) if attribute and attribute.HasAuthoredValue() else default
 
     def positive(self, name: str) -> float:
         found = self.number(name)

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from fnmatch import fnmatchcase
 from typing import Any
 
+from sensors.annotators.reading import Reading
 from sensors.errors import SensorValueError
 from sensors.surfaces.semantics import Labels
 
@@ -15,26 +16,37 @@ OPTIONS: Mapping[str, Any] = {"semanticTypes": None, "semanticFilter": None}
 def kept_labels(labels: Labels, options: Mapping[str, Any]) -> Labels:
     """Those of a prim's labels that the options let through: all of them by default.
 
-    semanticTypes: names of taxonomies. semanticFilter: "class:car & !red | truck; shape:*" lets a taxonomy through if
-    any clause names it and its expression holds: ! binds strongest, then &, then |; a comma is a | between labels, or a
-    ; before taxonomy:label; * stands for any text. Raises SensorValueError for a filter without a colon.
+    semanticTypes: names of taxonomies, or one. semanticFilter: "class:car & !red | truck; shape:*" lets a taxonomy
+    through if any clause names it and its expression holds: ! binds strongest, then &, then |; a comma is a | between
+    labels, or a ; before taxonomy:label; * stands for any text. Raises SensorValueError for a filter without a colon.
     """
-    types: Iterable[str] | None = options.get("semanticTypes")
-    kept = labels if types is None else {name: label for name, label in labels.items() if name in set(types)}
+    types: str | Iterable[str] | None = options.get("semanticTypes")
+    wanted = {types} if isinstance(types, str) else types
+    kept = labels if wanted is None else {name: label for name, label in labels.items() if name in set(wanted)}
     text = options.get("semanticFilter")
     if not text:
         return kept
-    clauses = _clauses(str(text))
+    clauses = _clauses(text)
     return {name: label for name, label in kept.items() if _named(name, label, clauses)}
 
 
-def _clauses(text: str) -> list[tuple[str, str]]:
+def check_filter(reading: Reading) -> None:
+    """Raises SensorValueError for a filter that says nothing: before the first frame."""
+    if reading.options.get("semanticFilter"):
+        _clauses(reading.options["semanticFilter"])
+
+
+def _clauses(text: Any) -> list[tuple[str, str]]:
     """(taxonomy, expression) pairs of a filter, of which any may hold."""
+    if not isinstance(text, str):
+        raise SensorValueError(f"semanticFilter {text!r} is not text, such as 'class:car|truck'")
     found: list[tuple[str, str]] = []
     for segment in text.split(";"):
         own: list[tuple[str, str]] = []
         for part in segment.split(",") if segment.strip() else ():
             kind, colon, expression = part.partition(":")
+            if colon and kind.strip().startswith("!"):
+                raise SensorValueError(f"semanticFilter {text!r}: write ! before a label, as in class:!car")
             if colon:
                 own.append((kind.strip(), expression.strip() or "*"))
             elif own:

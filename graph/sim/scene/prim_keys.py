@@ -29,6 +29,15 @@ AUX_LEVELS = ("NONE", "BASIC", "EXTRA", "FULL")
 CHANNELS = "_replicator:rendervar:GenericModelOutput:channels"
 EXCLUDE = "tickgraph:exclude"
 SENSOR_API = "OmniSensorAPI"
+PLAIN = {
+    "isaac:nameOverride": "string",
+    "isaac:namespace": "string",
+    "omni:kit:centerOfInterest": "vector3d",
+    "omni:rtx:usdluxVersion": "int",
+}
+"""Attributes of any prim that Isaac Sim reads and no schema declares, name -> USD value type: its frame in TF, the
+namespace of topics below it, what a camera looks at, the version by which a light is read.
+"""
 
 
 class SensorPrims(Protocol):
@@ -120,9 +129,9 @@ class PrimContext:
         return above == "/" or above in free or bool(prim and prim.IsDefined() and not _of_instance(prim))
 
     def own_attributes(self, prim: Any) -> Mapping[str, str]:
-        """Attributes of a prim that its sensor type declares: name -> USD value type."""
+        """Attributes that a prim may have beside those of schemas: name -> USD value type."""
         kind = self.sensor_types.get(str(prim.GetTypeName()))
-        return kind.attributes if kind is not None else {}
+        return {**PLAIN, **kind.attributes} if kind is not None else PLAIN
 
     def set_property(self, prim: Any, name: str, value: Any) -> None:
         """Sets one entry of `attributes`; a mistake is reported with its name."""

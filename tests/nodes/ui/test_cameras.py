@@ -42,6 +42,14 @@ def test_a_camera_cannot_look_at_itself(world, camera):
         aim(world(), camera, target=[10, 0, 5])
 
 
+@pytest.mark.parametrize("rotate", [True, False])
+def test_a_camera_cannot_look_at_a_point_that_is_not_finite(world, camera, rotate):
+    app = world()
+    with pytest.raises(ComputeError, match=r"/World/Rig/Camera would be at .* look at .*; give finite numbers"):
+        aim(app, camera, target=[np.nan, 0, 5], rotate=rotate)
+    assert app.fabric.world_matrix(camera)[:3, 3].tolist() == [10, 0, 5]
+
+
 def test_a_viewport_tells_its_camera(world, camera):
     from nodes.isaac.viewports import viewports_of
 

@@ -4,6 +4,8 @@ The camera C has 640 x 480 pixels, fx = fy = 500, its centre at (320, 240); pixe
 ((i + 0.5 - 320) / 500, (j + 0.5 - 240) / 500, 1). Depths are float32 at some metres: 1e-6 relative.
 """
 
+import re
+
 import numpy as np
 import pytest
 from pxr import Gf, UsdGeom
@@ -124,6 +126,7 @@ def test_a_child_without_label_belongs_to_what_is_labelled_above_it():
     ("options", "labels"),
     [
         ({"semanticTypes": ["class"]}, {"1": {"class": "UNLABELLED"}, "2": {"class": "box"}}),
+        ({"semanticTypes": "class"}, {"1": {"class": "UNLABELLED"}, "2": {"class": "box"}}),
         ({"semanticTypes": ["shape"]}, {"1": {"class": "UNLABELLED"}, "2": {"shape": "flat"}}),
         ({"semanticFilter": "class:b*|c; shape:none"}, {"1": {"class": "UNLABELLED"}, "2": {"class": "box"}}),
         ({"semanticFilter": "*:*"}, {"2": {"class": "box"}, "3": {"shape": "flat"}}),
@@ -140,6 +143,23 @@ def test_a_filter_decides_which_labels_count(options, labels):
         label(app, "/World/Wall", "flat", "shape")
         [found] = look(app, add_camera(app), "semantic_segmentation", **options)
     assert found["info"]["idToLabels"] == labels
+
+
+@pytest.mark.parametrize(
+    ("kind", "text", "message"),
+    [
+        ("semantic_segmentation", 3, "semanticFilter 3 is not text, such as 'class:car|truck'"),
+        ("bounding_box_3d", "car", "semanticFilter 'car': 'car' is not taxonomy:label"),
+        (
+            "instance_segmentation",
+            "!class:car",
+            "semanticFilter '!class:car': write ! before a label, as in class:!car",
+        ),
+    ],
+)
+def test_a_filter_that_says_nothing_is_reported_when_it_is_attached(kind, text, message):
+    with weightless() as app, pytest.raises(ValueError, match=re.escape(f"{kind}: {message}")):
+        look(app, add_camera(app), kind, semanticFilter=text)
 
 
 def test_colours_stand_for_numbers_when_asked_for():
@@ -252,6 +272,9 @@ def test_threads_and_other_cameras_change_no_byte():
     [
         ("focalLength", 0.0, r"/World/Camera.focalLength is 0.0; give a number above 0"),
         ("horizontalAperture", -1.0, r"horizontalAperture is -1.0; give a number above 0"),
+        ("exposure:time", -0.5, r"/World/Camera.exposure:time is -0.5; give 0 or more"),
+        ("exposure:fStop", -2.0, r"/World/Camera.exposure:fStop is -2.0; give 0 or more"),
+        ("exposure:iso", -1.0, r"/World/Camera.exposure:iso is -1.0; give 0 or more"),
         ("focalLength", float("nan"), r"focalLength is nan; give a finite number"),
         ("clippingRange", Gf.Vec2f(2, 1), r"clippingRange is \(2.0, 1.0\); give the nearest and the farthest distance"),
     ],

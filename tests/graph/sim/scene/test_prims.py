@@ -110,6 +110,20 @@ def test_attributes_take_their_type_from_the_schema_and_bring_it_along():
     assert joint.GetAttribute("physics:upperLimit").Get() == math.inf
 
 
+@pytest.mark.parametrize(
+    ("kind", "name", "value"),
+    [
+        ("Camera", "isaac:nameOverride", "left_eye"),
+        ("Xform", "isaac:namespace", "robot_1"),
+        ("DistantLight", "omni:rtx:usdluxVersion", 2505),
+        ("Camera", "omni:kit:centerOfInterest", (0.0, 0.0, -5.0)),
+    ],
+)
+def test_attributes_that_isaac_sim_reads_without_a_schema_can_be_written(kind, name, value):
+    stage = authored({"/A": {"type": kind, "attributes": {name: value}}})
+    assert stage.GetPrimAtPath("/A").GetAttribute(name).Get() == value
+
+
 def test_a_sensors_configuration_comes_first_and_attributes_win():
     def configure(prim, config, variant):
         assert (config, variant) == ("OS1", "REV6")
