@@ -126,6 +126,12 @@ def sensor_type(prim_type: str) -> SensorType | None:
     return sensor_types().get(prim_type)
 
 
+def measures_of(prim_type: str) -> frozenset[str]:
+    """The channels that sensors of a prim type measure; none of prims that are not sensors."""
+    kind = sensor_type(prim_type)
+    return kind.measures if kind else frozenset()
+
+
 def prim_types_of(modality: str) -> tuple[str, ...]:
     """The prim types of the sensors of a modality; of every sensor for ""."""
     return tuple(name for name, kind in sensor_types().items() if modality in ("", kind.modality))

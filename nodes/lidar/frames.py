@@ -45,8 +45,10 @@ def attach(db: Database, channels: Callable[[Any], Iterable[str]]) -> RenderProd
 def cloud_channels(db: Database, names: Iterable[str]) -> frozenset[str]:
     """The channels for some outputs of a cloud, of the sensor that `attach` has found, as far as it measures them."""
     from sensors.annotators.outputs import channels_of
+    from sensors.sensor_types import measures_of
 
-    return channels_of(names, db.app.rendering.products[db.inputs.renderProductPath].sensor.type_name)
+    sensor = db.app.rendering.products[db.inputs.renderProductPath].sensor
+    return channels_of(names, measures_of(sensor.type_name))
 
 
 def detach(db: Database) -> None:

@@ -8,7 +8,6 @@ import numpy as np
 
 from sensors.channels import CHANNELS
 from sensors.frame import Frame
-from sensors.sensor_types import sensor_type
 
 LABELS = {
     "azimuth": "azimuth",
@@ -36,11 +35,9 @@ EXTRACT_CHANNELS = frozenset({"xyz", "azimuth", "elevation", "distance", "scalar
 """The outputs that IsaacExtractRTXSensorPointCloud always gives; auxiliary outputs depend on the frame."""
 
 
-def channels_of(names: Iterable[str], type_name: str) -> frozenset[str]:
-    """The channels to request for some outputs of a sensor of a prim type: points, and what it measures of the rest."""
-    kind = sensor_type(type_name)
-    wanted = {SCAN_BUFFER_CHANNELS[name] for name in names}
-    return frozenset({"xyz", *(wanted & kind.measures if kind else wanted)})
+def channels_of(names: Iterable[str], measures: frozenset[str]) -> frozenset[str]:
+    """The channels to request for some outputs of a sensor: points, and of the rest those that it measures."""
+    return measures.intersection(SCAN_BUFFER_CHANNELS[name] for name in names) | {"xyz"}
 
 
 def transform_of(frame: Frame) -> np.ndarray:

@@ -12,6 +12,7 @@ from graph.sim import settings as keys
 from graph.sim.renderer.wrapper import unwrapped
 from sensors.annotators.outputs import SCAN_BUFFER_CHANNELS, channels_of, empty_outputs, scan_buffer
 from sensors.annotators.types import AnnotatorType, Reading, with_info
+from sensors.sensor_types import measures_of
 
 from .flat_scan import FLAT_SCAN_CHANNELS, FlatScan, flat_scan, require_2d
 from .names import MODALITY
@@ -36,7 +37,7 @@ def _wanted(options: Mapping[str, Any]) -> list[str]:
 
 
 def _scan_channels(reading: Reading) -> frozenset[str]:
-    return channels_of(_wanted(reading.options), reading.sensor.type_name)
+    return channels_of(_wanted(reading.options), measures_of(reading.sensor.type_name))
 
 
 def _scan_buffer(reading: Reading) -> dict[str, Any]:
