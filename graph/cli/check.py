@@ -127,9 +127,12 @@ def check(
     if target is not None and parts.spec is not None and parts.stage is not None:
         from graph.session.graph_links import Links
         from graph.session.target_checks import target_notes
+        from graph.sim.settings import Settings
+        from graph.sim.timing.parity import apply_profile
 
-        given = {**parts.spec.settings, **(settings or {})}
-        notes += tuple(target_notes(target, Links(parts.graphs), parts.stage, given))
+        held = Settings({**parts.spec.settings, **(settings or {})})
+        apply_profile(held, parts.spec.clock.parity)
+        notes += tuple(target_notes(target, Links(parts.graphs), parts.stage, held))
     if parts.stage is not None and not problems:
         from graph.session.graph_links import Links
         from graph.session.link_checks import unread_products

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from graph.sim import settings as keys
 
 from .graph_links import Links
 
@@ -11,22 +13,22 @@ if TYPE_CHECKING:
     from pxr import Usd
 
     from graph.evaluate import Node
+    from graph.sim.settings import Settings
     from graph.spec.file_spec import Note
 
-MOTION_BVH = "/renderer/raytracingMotion/enabled"
 FEWEST_UPDATES = 5
 """How long after play Isaac Sim 6.0 needs before a radar's render product may exist beside a lidar's."""
 
 
-def target_notes(target: str, links: Links, stage: Usd.Stage, settings: Mapping[str, Any]) -> Iterator[Note]:
+def target_notes(target: str, links: Links, stage: Usd.Stage, settings: Settings) -> Iterator[Note]:
     """Warnings about what works here and does not in the target (one of `TARGETS`)."""
     for rule in TARGETS[target]:
         yield from rule(links, stage, settings)
 
 
-def _fif_race(links: Links, stage: Usd.Stage, settings: Mapping[str, Any]) -> Iterator[Note]:
+def _fif_race(links: Links, stage: Usd.Stage, settings: Settings) -> Iterator[Note]:
     """Motion BVH with a lidar and a radar whose product is made in the first updates: a crash in the first seconds."""
-    if not settings.get(MOTION_BVH):
+    if not settings.get(keys.MOTION_BVH):
         return
     makers = {kind: list(_makers(links, stage, kind)) for kind in ("OmniLidar", "OmniRadar")}
     if not makers["OmniLidar"]:
@@ -39,6 +41,29 @@ def _fif_race(links: Links, stage: Usd.Stage, settings: Mapping[str, Any]) -> It
                 node.path,
                 f"Isaac Sim 6.0 may crash: Motion BVH is on and {prim} is rendered beside a lidar in the first "
                 f"{FEWEST_UPDATES} updates; make its product after a Countdown of {FEWEST_UPDATES}",
+            )
+
+
+def _radar_without_bvh(links: Links, stage: Usd.Stage, settings: Settings) -> Iterator[Note]:
+    """A radar without Motion BVH: it gives nothing there."""
+    for _, prim in () if settings.get(keys.MOTION_BVH) else _makers(links, stage, "OmniRadar"):
+        yield (
+            "radar-motion-bvh-off",
+            prim,
+            f"Isaac Sim 6.0 gives no frames of a radar while Motion BVH is off; set {keys.MOTION_BVH} to true",
+        )
+
+
+def _radar_tick_rate(links: Links, stage: Usd.Stage, settings: Settings) -> Iterator[Note]:
+    """A radar with a rate: there it renders in every update. Where the file has that too, the radar says so itself."""
+    for _, prim in () if settings.get(keys.RADAR_IGNORES_TICK_RATE) else _makers(links, stage, "OmniRadar"):
+        rate = stage.GetPrimAtPath(prim).GetAttribute("omni:sensor:tickRate").Get() or 0.0
+        if rate > 0.0:
+            yield (
+                "radar-tick-rate-ignored",
+                prim,
+                f"Isaac Sim 6.0 renders it in every update, not at {rate:g} Hz; gate what it publishes "
+                "(IsaacSimulationGate)",
             )
 
 
@@ -61,6 +86,6 @@ def _after_countdown(links: Links, node: Node) -> set[Node]:
     return {one for start in starts for one in links.reached(start)}
 
 
-Rule = Callable[[Links, "Usd.Stage", Mapping[str, Any]], Iterator["Note"]]
-TARGETS: Mapping[str, tuple[Rule, ...]] = {"isaacsim-6.0": (_fif_race,)}
+Rule = Callable[[Links, "Usd.Stage", "Settings"], Iterator["Note"]]
+TARGETS: Mapping[str, tuple[Rule, ...]] = {"isaacsim-6.0": (_fif_race, _radar_without_bvh, _radar_tick_rate)}
 """Product -> what is looked for."""

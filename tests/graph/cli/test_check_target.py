@@ -10,7 +10,7 @@ from tests.support.places import ROOT
 RACE = "fif-race"
 
 
-def file_of(tmp_path, *, bvh=True, lidar=True, wait=None):
+def file_of(tmp_path, *, bvh=True, lidar=True, wait=None, rate=0, parity="documented", rendered=True):
     nodes = {
         "tick": "OnPlaybackTick",
         "radar": {"type": "IsaacCreateRenderProduct", "inputs": {"cameraPrim": "/World/Radar"}},
@@ -20,11 +20,16 @@ def file_of(tmp_path, *, bvh=True, lidar=True, wait=None):
     start = ["wait.finished -> radar.execIn", "tick.tick -> wait.execIn"] if wait else ["tick.tick -> radar.execIn"]
     if not lidar:
         del nodes["lidar"]
+    if not rendered:
+        del nodes["radar"]
+        start = []
     connections = [*start, *(["tick.tick -> lidar.execIn"] if lidar else [])]
-    prims = {"/World/Radar": {"type": "OmniRadar"}, "/World/Lidar": {"type": "OmniLidar", "config": "Example_Rotary"}}
+    radar = {"type": "OmniRadar", "attributes": {"omni:sensor:tickRate": rate}}
+    prims = {"/World/Radar": radar, "/World/Lidar": {"type": "OmniLidar", "config": "Example_Rotary"}}
     content = {
         "tickgraph": 1,
         "scene": {"prims": prims},
+        "clock": {"parity": parity},
         "settings": {"/renderer/raytracingMotion/enabled": bvh},
         "graphs": {"/World/G": {"nodes": nodes, "connections": connections}},
     }
@@ -60,3 +65,23 @@ def test_without_a_target_nobody_is_told(tmp_path, capsys):
 def test_the_example_with_the_remedy_is_fine(capsys):
     assert main(["check", str(ROOT / "graphs" / "radar_countdown.yaml"), "--target", "isaacsim-6.0"]) == 0
     assert RACE not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("code", "options", "told"),
+    [
+        ("radar-motion-bvh-off", {"bvh": False}, "gives no frames of a radar while Motion BVH is off"),
+        ("radar-motion-bvh-off", {}, None),
+        ("radar-motion-bvh-off", {"bvh": False, "rendered": False}, None),
+        ("radar-tick-rate-ignored", {"rate": 20}, "renders it in every update, not at 20 Hz"),
+        ("radar-tick-rate-ignored", {"rate": 20, "parity": "isaacsim-6.0.1"}, "renders in every update, not at 20 Hz"),
+        ("radar-tick-rate-ignored", {"rate": 0}, None),
+    ],
+)
+def test_what_a_radar_does_otherwise_there_is_told_once(tmp_path, capsys, code, options, told):
+    assert main(["check", str(file_of(tmp_path, lidar=False, **options)), "--target", "isaacsim-6.0"]) == 0
+    lines = [line for line in capsys.readouterr().err.splitlines() if code in line]
+    assert len(lines) == bool(told)
+    if told:
+        assert f"{code}: /World/Radar: " in lines[0]
+        assert told in lines[0]
