@@ -70,8 +70,8 @@ def _shared(app: App) -> dict[str, PolledSensor]:
     paths = app.rendering.scheduler.polled
 
     def refresh() -> None:
-        for one in shared.values():
-            if one.sensor.refresh():
+        for path, one in shared.items():
+            if app.stage.GetPrimAtPath(path) and one.sensor.refresh():
                 one.frame = None
 
     def end() -> None:

@@ -70,12 +70,23 @@ def place_product(app: App, path: str, prim_path: str, resolution: tuple[int, in
 
 
 def _follow_prim(app: App, product: RenderProduct) -> None:
-    """Makes the sensor read its prim again, at each play and, while playing, in the update after a change."""
+    """Makes the sensor read its prim again, at each play and, while playing, in the update after a change.
+
+    Without the prim, or with an inactive one, the product renders nothing until it is there again.
+    """
 
     def refresh() -> None:
         if app.rendering.products.get(product.path) is not product:
             while ends:
                 ends.pop()()
+            return
+        prim, was_lost = prim_at(app.stage, product.camera_path), product.lost
+        product.lost = not (prim and prim.IsActive())
+        if product.lost:
+            if not was_lost:
+                app.warn(
+                    "sensor-removed", product.camera_path, "its prim is gone, so it gives no frames until it is back"
+                )
         elif product.sensor.refresh() and product.enabled:
             product.enabled = False  # off and on: the scheduler then reads the new schedule
             product.enabled = True

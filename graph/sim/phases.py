@@ -25,7 +25,7 @@ EVENTS = (
     "closing",
     "close",
 )
-"""`sensors_edited`: attributes of sensor prims were written while playing; it comes in the next update."""
+"""`sensors_edited`: sensor prims were written, removed or put back while playing; it comes in the next update."""
 
 
 class Subscribers:

@@ -103,11 +103,10 @@ class UpdateLoop:
         live = self._world.live
         if live is not None:
             live.check()
-            if others := live.watch.others:
-                rendered = (product.camera_path for product in scheduler.products.values())
-                if not scheduler.polled.isdisjoint(others) or any(path in others for path in rendered):
+            if live.watch.others or live.watch.resynced:
+                rendered = (product.camera_path for product in scheduler.products.values() if product.camera_path)
+                if live.watch.take_changed((*scheduler.polled, *rendered)):
                     self._sensors_edited()
-                others.clear()
 
         for callback in self._timeline_phase.before:
             callback()

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from graph.sim import App
-from graph.sim.usd import Gf
-from sensors import Lidar, LidarSensor, parse_generic_model_output_data
+from graph.sim.usd import Gf, Sdf
+from sensors import Lidar, LidarSensor, Radar, RadarSensor, parse_generic_model_output_data
 
 PRIMS = {
     "/World/Ground": {"type": "Plane"},
@@ -89,3 +89,54 @@ def test_a_reset_of_time_begins_the_first_scan_again(world):
     frame = parse_generic_model_output_data(sensor.get_data("generic-model-output")[0])
     assert frame.timestampNs == 0
     assert ahead(sensor) == pytest.approx(10, abs=0.01)
+
+
+def stamp(sensor):
+    return parse_generic_model_output_data(sensor.get_data("generic-model-output")[0]).timestampNs
+
+
+@pytest.mark.parametrize("how", ["removed", "inactive", "parent removed"])
+def test_a_sensor_whose_prim_is_gone_gives_no_frames_and_the_others_go_on(world, how):
+    app, lidar = world
+    app.stop()
+    radar = RadarSensor(Radar("/World/Car/Radar", tick_rate=10, app=app), annotators="generic-model-output")
+    app.play()
+    app.update(12)
+    edits = {
+        "removed": lambda: app.stage.RemovePrim("/World/Car/Radar"),
+        "inactive": lambda: app.stage.GetPrimAtPath("/World/Car/Radar").SetActive(False),
+        "parent removed": lambda: app.stage.RemovePrim("/World/Car"),
+    }
+    edits[how]()
+    app.update(12)
+    assert (stamp(radar), stamp(lidar)) == (200_000_000, 300_000_000)
+    assert [one.where for one in app.warnings if one.code == "sensor-removed"] == ["/World/Car/Radar"]
+    app.stop()
+    app.play()
+    app.update(12)
+    assert stamp(radar) == 200_000_000
+
+
+def test_a_lidar_that_is_removed_and_put_back_scans_from_then_on(world):
+    app, sensor = world
+    scan(app, sensor)
+    spec = app.stage.GetRootLayer().GetPrimAtPath("/World/Lidar")
+    kept = Sdf.Layer.CreateAnonymous(".usda")
+    Sdf.CreatePrimInLayer(kept, "/World/Lidar")
+    Sdf.CopySpec(spec.layer, spec.path, kept, "/World/Lidar")
+    app.stage.RemovePrim("/World/Lidar")
+    app.update(6)
+    Sdf.CopySpec(kept, "/World/Lidar", app.stage.GetRootLayer(), "/World/Lidar")
+    app.update(12)
+    assert stamp(sensor) == 300_000_000
+    assert ahead(sensor) == pytest.approx(10, abs=0.01)
+
+
+def test_a_sensor_that_was_removed_before_play_keeps_nobody_from_playing(world):
+    app, sensor = world
+    app.stop()
+    app.stage.RemovePrim("/World/Lidar")
+    app.play()
+    app.update(12)
+    assert sensor.get_data("generic-model-output")[0] is None
+    assert "sensor-removed" in app.warnings.codes()

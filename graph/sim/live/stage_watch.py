@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from graph.sim.state.prim_poses import PrimPoses
@@ -71,6 +71,8 @@ class StageWatch:
         self.physics: dict[str, None] = {}
         self.looks = False
         self.others: set[str] = set()
+        self.resynced: set[str] = set()
+        """Prims below which prims may have been added, removed or replaced, not yet told to sensors."""
         self.collecting = False
         """Whether transforms are collected in `transforms` until they are read."""
         self.transforms: dict[str, bool] = {}
@@ -85,6 +87,14 @@ class StageWatch:
     def pending(self) -> bool:
         """Whether there are edits to handle before the next update."""
         return bool(self.structure or self.shapes or self.physics or self.failure)
+
+    def take_changed(self, paths: Iterable[str]) -> bool:
+        """Whether any of these prims has other attributes, or is another or gone, since the last call."""
+        above = tuple(f"{path.rstrip('/')}/" for path in self.resynced)
+        changed = any(path in self.others or f"{path}/".startswith(above) for path in paths)
+        self.others.clear()
+        self.resynced.clear()
+        return changed
 
     def clear(self) -> None:
         """Marks all edits as handled."""
@@ -105,6 +115,7 @@ class StageWatch:
         for path in notice.GetResyncedPaths():
             if not path.IsPropertyPath():
                 self.structure[path.pathString] = None
+                self.resynced.add(path.pathString)
                 self.touched.add(path.pathString)
             elif _VALUES.intersection(notice.GetChangedFields(path)) or not self.stage.GetObjectAtPath(path):
                 self._property(path, moved)

@@ -28,7 +28,7 @@ class RenderProduct:
         self.writers: list[Callable[[Any], object]] = []
         """Called with each new frame, in order, before the post-render graphs."""
         self.on_enabled: Callable[[RenderProduct], None] = lambda product: None
-        self._enabled = True
+        self._enabled, self._lost = True, False
         self.advanced_to = Fraction(0)
         """External time [s] up to which a sensor that wants updates has been advanced."""
         self.capture: Any = None
@@ -49,13 +49,26 @@ class RenderProduct:
 
     @property
     def enabled(self) -> bool:
-        """A disabled product renders nothing; enabling it again counts as creating it."""
-        return self._enabled
+        """A disabled product renders nothing; enabling it again counts as creating it. One that is `lost` is not."""
+        return self._enabled and not self._lost
 
     @enabled.setter
     def enabled(self, enabled: bool) -> None:
-        if enabled != self._enabled:
-            self._enabled = enabled
+        self._switch(enabled, self._lost)
+
+    @property
+    def lost(self) -> bool:
+        """Whether its sensor's prim is gone."""
+        return self._lost
+
+    @lost.setter
+    def lost(self, lost: bool) -> None:
+        self._switch(self._enabled, lost)
+
+    def _switch(self, enabled: bool, lost: bool) -> None:
+        before = self.enabled
+        self._enabled, self._lost = enabled, lost
+        if self.enabled != before:
             self.on_enabled(self)
 
     @property
