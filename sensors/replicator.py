@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.sim.managers.current import orchestrator
 
-from .annotators.annotator import Annotator
+from .annotators.annotator import Annotator, Product, check_device
 from .annotators.registry import annotator_types, find_annotator, register_annotator
 from .annotators.types import TYPES, AnnotatorType
 from .errors import SensorValueError
@@ -34,8 +34,6 @@ from .writers import get as get_writer
 if TYPE_CHECKING:
     from graph.sim import App
     from graph.sim.renderer.products import RenderProduct
-
-HOST = (None, "cpu", "cpu:0")
 
 
 def create_render_product(
@@ -55,17 +53,20 @@ def create_render_product(
 def get_annotator(
     name: str,
     init_params: Mapping[str, Any] | None = None,
-    *,
+    render_products: Product = None,
     device: str | None = None,
+    do_array_copy: bool = True,
+    *,
     app: App | None = None,
 ) -> Annotator:
     """A new annotator by its name in the registry; init_params: arguments of `initialize`.
 
-    device: only the host has data ("cpu"). Raises SensorValueError for unknown names and options.
+    render_products: attaches it to this one. device: only the host has data ("cpu"). do_array_copy: whether data are
+    your own, to write on. Raises SensorValueError for unknown names and options.
     """
-    if device not in HOST:
-        raise SensorValueError(f"device {device!r}: annotators are in host memory; leave it out")
-    return Annotator(find_annotator(name), app=app).initialize(**(init_params or {}))
+    check_device(device)
+    made = Annotator(find_annotator(name), app=app, copies=do_array_copy).initialize(**(init_params or {}))
+    return made if render_products is None else made.attach(render_products)
 
 
 class AnnotatorRegistry:

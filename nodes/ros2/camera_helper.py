@@ -117,7 +117,10 @@ def send_pictures(db: Database, topic: str, type_name: str, make: Callable[[np.n
     if product is not memory.product:
         detach(db)
         warn_about_stamps(db)
-        memory.product, memory.annotator = product, Annotator(find_annotator("rgb"), app=app, owner=db.path)
+        memory.product, memory.annotator = (
+            product,
+            Annotator(find_annotator("rgb"), app=app, owner=db.path, copies=False),
+        )
         stamp = stamps(app, system_time=inputs.useSystemTime, reset_on_stop=inputs.resetSimulationTimeOnStop)
         every = getattr(inputs, "frameSkipCount", 0) + 1
         message = partial(_picture, memory.annotator, make)
@@ -142,7 +145,7 @@ def _attach(db: Database, product: RenderProduct) -> None:
     if inputs.type == COMPRESSED:
         _check_video(db, product)
     warn_about_stamps(db)
-    annotator = Annotator(find_annotator(kind.annotator), app=app, owner=db.path)
+    annotator = Annotator(find_annotator(kind.annotator), app=app, owner=db.path, copies=False)
     memory.product, memory.annotator = product, annotator
     stamp = stamps(app, system_time=inputs.useSystemTime, reset_on_stop=inputs.resetSimulationTimeOnStop)
     every, camera = inputs.frameSkipCount + 1, product.camera_path

@@ -161,7 +161,7 @@ def _annotator(db: Database) -> Annotator | None:
     annotator: Annotator | None = memory.annotator
     if annotator is None or annotator.product is not product or annotator.name != VARIABLES[name]:
         _release(db)
-        annotator = Annotator(find_annotator(VARIABLES[name]), app=db.app, owner=db.path)
+        annotator = Annotator(find_annotator(VARIABLES[name]), app=db.app, owner=db.path, copies=False)
         try:
             memory.annotator = annotator.attach(product)
         except UserError as error:

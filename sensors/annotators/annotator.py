@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from sensors.channels import AUXILIARY, Consumer
 from sensors.errors import SensorValueError
 
@@ -14,20 +16,26 @@ from .types import AnnotatorType, Reading
 if TYPE_CHECKING:
     from graph.sim import App
     from graph.sim.renderer.products import RenderProduct
+    from sensors.frame import Frame
 
 Product = Any
 """A render product, its path, or anything with a `path`."""
+
+HOST = (None, "cpu", "cpu:0")
+"""Devices whose memory has the data."""
 
 
 class Annotator:
     """`Annotator(kind).initialize(outputTimestamp=True).attach(product)`, then `get_data()` after each update.
 
     kind: from `sensors.annotators.types`. app: the App of the products; None is the App entered last. Options can be
-    set until it is attached. owner: the consumer of its channels in `graph explain`; unset: the annotator.
+    set until it is attached. owner: the consumer of its channels in `graph explain`; unset: the annotator. copies:
+    whether data are the caller's own, to write on; else others may read the same arrays.
     """
 
-    def __init__(self, kind: AnnotatorType, *, app: App | None = None, owner: str = "") -> None:
+    def __init__(self, kind: AnnotatorType, *, app: App | None = None, owner: str = "", copies: bool = True) -> None:
         self.kind = kind
+        self.copies = copies
         self.options = kind.checked_options({})
         self._app = app
         self._reading: Reading | None = None
@@ -73,12 +81,14 @@ class Annotator:
         self._reading, self._known = reading, None
         return self
 
-    def get_data(self) -> Any:
+    def get_data(self, device: str | None = None, do_array_copy: bool | None = None) -> Any:
         """The data of the newest frame; between ticks the same object again.
 
         Before the first frame: empty arrays, or None for a buffer. Dictionaries have "data" and "info"; FlatScan's has
-        its outputs by name. Raises SensorValueError if it is not attached, RuntimeError after the product was removed.
+        its outputs by name. device: "cpu". do_array_copy: True copies what an annotator without copies gives. Raises
+        SensorValueError if it is not attached, RuntimeError after the product was removed.
         """
+        check_device(device)
         reading = self._reading
         if reading is None:
             raise SensorValueError(f"{self.name} is not attached to a render product; attach it first")
@@ -88,14 +98,32 @@ class Annotator:
         keeps = self.kind.keeps_last and frame is not None and not frame.count
         if self._known is None or (self._known[0] is not frame and not keeps):
             reading.frame = None if keeps else frame
-            self._known = (frame, self.kind.read(reading))
-        return self._known[1]
+            found = self.kind.read(reading)
+            self._known = (frame, owned(found, frame) if self.copies else found)
+        found = self._known[1]
+        return owned(found, frame) if do_array_copy and not self.copies else found
 
     def detach(self, products: Product = None) -> None:
         """Withdraws its requests; harmless if it is not attached. products: as in Replicator, not needed."""
         if self._reading is not None:
             self._reading.sensor.release(self._owner)
             self._reading = self._known = None
+
+
+def owned(found: Any, frame: Frame | None) -> Any:
+    """Data in which no array shares its numbers with a frame: those are copied."""
+    if isinstance(found, dict):
+        return {name: owned(value, frame) for name, value in found.items()}
+    if frame is None or not isinstance(found, np.ndarray):
+        return found
+    shared = (one for one in (*frame.arrays.values(), *frame.cache.values()) if isinstance(one, np.ndarray))
+    return found.copy() if any(np.may_share_memory(found, one) for one in shared) else found
+
+
+def check_device(device: str | None) -> None:
+    """Raises SensorValueError for anything but the host."""
+    if device not in HOST:
+        raise SensorValueError(f"device {device!r}: annotators are in host memory; leave it out")
 
 
 def only_product(products: Product, app: App | None, name: str) -> tuple[App, RenderProduct]:

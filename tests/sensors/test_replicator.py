@@ -84,6 +84,23 @@ def test_without_options_a_scan_buffer_is_points_alone_and_nothing_else_is_compu
     assert set(product.frame.arrays) == {"xyz"}
 
 
+def test_what_one_writes_on_its_data_no_other_sees(app):
+    """0 in a lidar's cloud of one annotator; the other has its points, 5 m away, and so has a view of the frame."""
+    product = rep.create.render_product("/World/Lidar")
+    mine, yours = rep.get_annotator(EXTRACT, render_products=product), rep.get_annotator(EXTRACT, None, product)
+    view = rep.get_annotator(EXTRACT, render_products=[product], do_array_copy=False)
+    app.play()
+    app.update(steps=6)
+    mine.get_data()["data"][:] = 0
+    assert not mine.get_data()["data"].any()
+    assert abs(yours.get_data()["data"]).max() == pytest.approx(5.0, abs=1e-5)
+    shared = view.get_data(device="cpu")["data"]
+    assert np.may_share_memory(shared, product.frame.xyz)
+    assert not np.may_share_memory(view.get_data(do_array_copy=True)["data"], shared)
+    with pytest.raises(ValueError, match="device 'cuda': annotators are in host memory"):
+        view.get_data(device="cuda")
+
+
 def test_between_ticks_the_same_data_comes_again_and_detaching_ends_the_demand(app):
     product = rep.create_render_product("/World/Lidar")
     cloud = rep.get_annotator(EXTRACT).attach(product)
