@@ -7,7 +7,7 @@ from copy import copy
 import numpy as np
 
 from sensors.compiled import compiled
-from sensors.raycast.rays import RayBundle, RayMemory
+from sensors.raycast.rays import RayBundle, RayMemory, turn
 from sensors.raycast.windows import RayGrid
 
 from .lens import Lens, ParallelLens
@@ -69,7 +69,7 @@ class CameraRays:
         """The rays of a camera at `pose` (4, 4) float64 [m], USD camera to world; grid: whether anything moves."""
         rotation = pose[:3, :3]
         if rotation.tobytes() != self._turned_by:
-            _turn(self._local, rotation.astype(np.float32), self._world, self._table)
+            turn(self._local, rotation.astype(np.float32), self._world, self._table)
             self._turned_by = rotation.tobytes()
             self._memory.forget()
             if self._origins is not None:
@@ -125,16 +125,6 @@ class CameraRays:
     def face(self, normals: np.ndarray) -> None:
         """Turns normals (n, 3) float32 in place, where they point the way of the ray."""
         _face(normals, self._world)
-
-
-@compiled
-def _turn(local: np.ndarray, rotation: np.ndarray, columns: np.ndarray, table: np.ndarray) -> None:
-    """Directions (3, n) turned by `rotation` (3, 3): into `columns` (3, n), and 3 to 5 of `table` (n, 6); float32."""
-    for ray in range(local.shape[1]):
-        x, y, z = local[:, ray]
-        for axis in range(3):
-            turned = rotation[axis, 0] * x + rotation[axis, 1] * y + rotation[axis, 2] * z
-            columns[axis, ray] = table[ray, 3 + axis] = turned
 
 
 @compiled

@@ -87,7 +87,7 @@ def returned(
 _NONE = np.zeros(0, np.float32)
 
 
-@compiled
+@compiled(makes_arrays=True)
 def _returned(
     table: np.ndarray,
     normals: np.ndarray,

@@ -237,7 +237,7 @@ class Returns:
         return np.zeros(len(self._index), np.uint8)
 
 
-@compiled
+@compiled(makes_arrays=True)
 def _along(directions: np.ndarray, index: np.ndarray, ranges: np.ndarray) -> np.ndarray:
     """(k, 3) points on the beams `index` (k,) of directions (n, 3)."""
     points = np.empty((len(index), 3), np.float32)
@@ -247,7 +247,7 @@ def _along(directions: np.ndarray, index: np.ndarray, ranges: np.ndarray) -> np.
     return points
 
 
-@compiled
+@compiled(makes_arrays=True)
 def _places(table: np.ndarray, offsets: np.ndarray, index: np.ndarray, ranges: np.ndarray) -> np.ndarray:
     """(3, k) points on the rays `index` (k,) of a table (n, 6), which begin at offsets (n or 1, 3)."""
     places = np.empty((3, len(index)), np.float32)

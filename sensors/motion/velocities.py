@@ -84,7 +84,7 @@ def twists_at(app: App, bodies: tuple[str, ...], place: np.ndarray, poses: Any) 
 _AT_REST = np.zeros((6, 1), np.float32)
 
 
-@compiled
+@compiled(makes_arrays=True)
 def _velocities(
     rows: np.ndarray, body: np.ndarray, levers: np.ndarray, twists: np.ndarray, own: np.ndarray
 ) -> np.ndarray:

@@ -140,7 +140,7 @@ class MovingMeshes:
         nearest.add_some(pairs.index, distance, self.surfaces[which].take(pairs.pair), normals, spots)
 
 
-@compiled
+@compiled(makes_arrays=True)
 def _into_cells(
     index: np.ndarray, pair: np.ndarray, table: np.ndarray, offsets: np.ndarray, frames: np.ndarray, radii: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -166,7 +166,7 @@ def _into_cells(
     return local, entry
 
 
-@compiled
+@compiled(makes_arrays=True)
 def _out_of_cells(
     pair: np.ndarray,
     entry: np.ndarray,

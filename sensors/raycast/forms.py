@@ -13,7 +13,7 @@ from copy import copy
 import numpy as np
 
 from graph.sim.geometry.closed_forms import ClosedForm
-from sensors.compiled import compiled
+from sensors.compiled import compiled, inlined
 
 from .rays import COMMON
 from .triangles import SKIN
@@ -81,7 +81,7 @@ class PlacedForms:
 Vector = tuple[float, float, float]
 
 
-@compiled
+@inlined
 def _turned(turns: np.ndarray, which: int, x: float, y: float, z: float) -> Vector:
     return (
         turns[which, 0, 0] * x + turns[which, 0, 1] * y + turns[which, 0, 2] * z,
@@ -90,7 +90,7 @@ def _turned(turns: np.ndarray, which: int, x: float, y: float, z: float) -> Vect
     )
 
 
-@compiled
+@inlined
 def _into_frame(
     ray: int, solid: int, table: np.ndarray, offsets: np.ndarray, starts: np.ndarray, inverse: np.ndarray
 ) -> tuple[Vector, Vector]:
@@ -101,7 +101,7 @@ def _into_frame(
     return start, _turned(inverse, solid, table[ray, 3], table[ray, 4], table[ray, 5])
 
 
-@compiled
+@inlined
 def _within(a: float, b: float, c: float) -> tuple[float, float]:
     """From where to where a t^2 + 2 b t + c <= 0, for a > 0; from inf to -inf where it never is."""
     square = b * b - a * c
@@ -111,7 +111,7 @@ def _within(a: float, b: float, c: float) -> tuple[float, float]:
     return -(root + b) / a, (root - b) / a
 
 
-@compiled
+@inlined
 def _slab(start: float, ahead: float, half: float) -> tuple[float, float]:
     """From where to where |start + t ahead| <= half (Kay and Kajiya 1986)."""
     each = 1.0 / (ahead + 1e-300)  # a ray along a slab is never, or always, within it
@@ -119,13 +119,13 @@ def _slab(start: float, ahead: float, half: float) -> tuple[float, float]:
     return middle - span, middle + span
 
 
-@compiled
+@inlined
 def _ball(start: Vector, ahead: Vector) -> tuple[float, float]:
     (x, y, z), (u, v, w) = start, ahead
     return _within(u * u + v * v + w * w, x * u + y * v + z * w, x * x + y * y + z * z - 1.0)
 
 
-@compiled
+@inlined
 def _box(start: Vector, ahead: Vector) -> tuple[float, float]:
     enter, leave = -np.inf, np.inf
     for axis in range(3):
@@ -134,7 +134,7 @@ def _box(start: Vector, ahead: Vector) -> tuple[float, float]:
     return enter, leave
 
 
-@compiled
+@inlined
 def _cylinder(start: Vector, ahead: Vector, high: float) -> tuple[float, float]:
     """x^2 + y^2 <= 1 from z = -high to high."""
     (x, y, z), (u, v, w) = start, ahead
@@ -143,7 +143,7 @@ def _cylinder(start: Vector, ahead: Vector, high: float) -> tuple[float, float]:
     return max(enter, first), min(leave, last)
 
 
-@compiled
+@inlined
 def _frustum(start: Vector, ahead: Vector, low: float, high: float) -> tuple[float, float]:
     """The side x^2 + y^2 = (m + n z)^2 between the ends at z = -1 and 1, and the ends' discs."""
     (x, y, z), (u, v, w) = start, ahead
@@ -163,7 +163,7 @@ def _frustum(start: Vector, ahead: Vector, low: float, high: float) -> tuple[flo
     return enter, leave
 
 
-@compiled
+@inlined
 def _capsule(start: Vector, ahead: Vector, low: float, high: float) -> tuple[float, float]:
     """The union of a cylinder and a ball at each of its ends, which is convex."""
     x, y, z = start
@@ -176,7 +176,7 @@ def _capsule(start: Vector, ahead: Vector, low: float, high: float) -> tuple[flo
     return enter, leave
 
 
-@compiled
+@compiled(makes_arrays=True)
 def _lengths(
     index: np.ndarray,
     owner: np.ndarray,
@@ -211,7 +211,7 @@ def _lengths(
     return found
 
 
-@compiled
+@inlined
 def _box_normal(x: float, y: float, z: float) -> Vector:
     """Of the face that is nearest; of several at an edge."""
     most = max(abs(x), abs(y), abs(z))
@@ -222,7 +222,7 @@ def _box_normal(x: float, y: float, z: float) -> Vector:
     )
 
 
-@compiled
+@inlined
 def _frustum_normal(x: float, y: float, z: float, low: float, high: float) -> Vector:
     """Of the side or the end, whichever is nearer."""
     slope = (high - low) / 2
@@ -232,7 +232,7 @@ def _frustum_normal(x: float, y: float, z: float, low: float, high: float) -> Ve
     return x, y, -slope * level
 
 
-@compiled
+@inlined
 def _out_of_frame(inverse: np.ndarray, solid: int, x: float, y: float, z: float) -> Vector:
     """A normal along world axes: the transpose of the inverse turns it."""
     return (
@@ -242,7 +242,7 @@ def _out_of_frame(inverse: np.ndarray, solid: int, x: float, y: float, z: float)
     )
 
 
-@compiled
+@compiled(makes_arrays=True)
 def _normals(
     index: np.ndarray,
     owner: np.ndarray,

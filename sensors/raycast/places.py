@@ -164,7 +164,7 @@ def windows(
     return Pairs(surface[kept], look[kept], index, pair)
 
 
-@compiled
+@compiled(makes_arrays=True)
 def _in_front(
     index: np.ndarray,
     counts: np.ndarray,

@@ -19,7 +19,7 @@ def cast_plane(height: float, offsets: np.ndarray | None, table: np.ndarray, nor
     return _distances(height, COMMON if offsets is None else offsets, table, normal.astype(np.float32))
 
 
-@compiled
+@compiled(makes_arrays=True)
 def _distances(height: float, offsets: np.ndarray, table: np.ndarray, normal: np.ndarray) -> np.ndarray:
     found, (x, y, z) = np.empty(len(table), np.float32), normal
     for ray in range(len(table)):

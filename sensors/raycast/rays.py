@@ -139,6 +139,16 @@ class RayBundle:
 
 
 @compiled
+def turn(local: np.ndarray, rotation: np.ndarray, columns: np.ndarray, table: np.ndarray) -> None:
+    """Directions (3, n) turned by `rotation` (3, 3): into `columns` (3, n), and 3 to 5 of `table` (n, 6), float32."""
+    for ray in range(local.shape[1]):
+        x, y, z = local[0, ray], local[1, ray], local[2, ray]
+        for axis in range(3):
+            turned = rotation[axis, 0] * x + rotation[axis, 1] * y + rotation[axis, 2] * z
+            columns[axis, ray] = table[ray, 3 + axis] = turned
+
+
+@compiled
 def _start(table: np.ndarray, start: np.ndarray, offsets: np.ndarray) -> None:
     for ray in range(len(table)):
         own = min(ray, len(offsets) - 1)

@@ -89,7 +89,7 @@ class RayGrid:
         )
 
 
-@compiled
+@compiled(makes_arrays=True)
 def _in_cones(
     axes: np.ndarray,
     half: np.ndarray,

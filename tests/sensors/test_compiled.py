@@ -3,16 +3,17 @@
 import os
 import subprocess
 import sys
+from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
 import pytest
 
-from sensors.compiled import compiled
+from sensors.compiled import compiled, inlined
 from tests.support.places import ROOT
 
 
-@compiled
+@inlined
 def half(value):
     return value / 2
 
@@ -30,10 +31,26 @@ def quotient(one, two):
 
 
 @pytest.mark.parametrize("kind", [np.float32, np.float64])
-def test_a_compiled_loop_calls_another_of_its_file_for_each_type(kind):
+def test_a_compiled_loop_takes_in_what_is_inlined_for_each_type(kind):
     out = np.empty(3, kind)
     halves(np.array([1.0, 3.0, 5.0], kind), out)
     assert out.tolist() == [0.5, 1.5, 2.5]
+
+
+def test_what_is_inlined_runs_as_python_by_itself():
+    assert half(Fraction(1, 2)) == Fraction(1, 4)
+
+
+@compiled(makes_arrays=True)
+def doubled(values):
+    out = np.empty_like(values)
+    for at in range(len(values)):
+        out[at] = 2 * values[at]
+    return out
+
+
+def test_a_loop_may_make_arrays_if_it_says_so():
+    assert doubled(np.array([1.0, 2.0])).tolist() == [2.0, 4.0]
 
 
 def test_division_by_zero_is_numpys():
@@ -59,14 +76,26 @@ def test_a_compiled_function_keeps_its_name_and_text():
     assert (halves.__name__, halves.__doc__) == ("halves", "Half of each.")
 
 
-def run_with_a_loop(tmp_path, before, env):
+def run_with_a_loop(tmp_path, before, env, imports="", value="2 * value"):
     """Runs a process with a compiled function of its own; `before` is code that it runs first."""
-    (tmp_path / "loop.py").write_text(
-        "from sensors.compiled import compiled\n\n@compiled\ndef twice(value):\n    return 2 * value\n"
-    )
+    loop = tmp_path / "loop.py"
+    if not loop.exists():
+        start = f"from sensors.compiled import compiled\n{imports}\n@compiled\ndef twice(value):\n"
+        loop.write_text(f"{start}    return {value}\n")
     code = f"{before}\nfrom loop import twice\nprint(twice(21))"
     env = {**os.environ, **env, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)])}
     return subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True, check=False)
+
+
+def test_code_is_made_again_when_a_file_of_what_is_inlined_changes(tmp_path):
+    """The files differ in length, so that they differ even within a tick of the clock."""
+    before = "import sys; sys.dont_write_bytecode = True"
+    part = "from sensors.compiled import inlined\n\n@inlined\ndef times(value):\n    return {} * value\n"
+    said = []
+    for factor in (2, 30):
+        (tmp_path / "part.py").write_text(part.format(factor))
+        said.append(run_with_a_loop(tmp_path, before, {}, "from part import times\n", "times(value)").stdout)
+    assert said == ["42\n", "630\n"]
 
 
 def test_where_no_folder_can_be_written_it_is_compiled_all_the_same(tmp_path):
