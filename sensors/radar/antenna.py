@@ -80,6 +80,11 @@ class Antenna:
         """Gain (k,) of the receiving antenna from unit directions (3, k) in the sensor frame."""
         return self._gain(self.rx, directions)
 
+    def gains(self, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Gains (k,) of both."""
+        sends = self.sends(directions)
+        return sends, sends if self.rx is self.tx else self.hears(directions)
+
     def _gain(self, pattern: Pattern | None, directions: np.ndarray) -> np.ndarray:
         if pattern is not None:
             return pattern.at(directions)

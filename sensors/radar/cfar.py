@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sensors.compiled import compiled
+from sensors.compiled import compiled, inlined
 
 MOST_PAIRS = 2_000_000
 """Pairs of cells that are looked at together."""
@@ -72,7 +72,7 @@ def noise_level_at(power: np.ndarray, cells: np.ndarray, axes: Sequence[Axis]) -
     return level
 
 
-@compiled
+@inlined
 def _span(at: int, half: int, length: int, wraps: bool) -> tuple[int, int]:
     """The first cell and the number of those within `half` of one; cells beyond the end begin at 0."""
     if not wraps:
@@ -81,7 +81,7 @@ def _span(at: int, half: int, length: int, wraps: bool) -> tuple[int, int]:
     return (0, length) if 2 * half + 1 >= length else ((at - half) % length, 2 * half + 1)
 
 
-@compiled
+@inlined
 def _box(power: np.ndarray, at: tuple[int, int], half: tuple[int, int], wraps: tuple[bool, bool]) -> tuple[float, int]:
     """Sum over the box of a cell, and how many cells it has."""
     rows, columns = power.shape

@@ -12,9 +12,10 @@ import numpy as np
 from sensors.compiled import compiled
 
 from .aperture import Aperture
-from .cells import Along, Cells, folded
+from .bins import Bins, angle_cells, put_all
+from .cells import Cells
 from .config import ScanConfig
-from .grouping import Groups
+from .grouping import Groups, Sums
 from .interference import added, gathered
 from .scattering import Arrivals
 
@@ -80,32 +81,19 @@ class Grid:
         )
         return azimuth, elevation
 
-    def place(
-        self, range_m: np.ndarray, velocity: np.ndarray, angle: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Numbers (k,) int64 of the cells that ranges, velocities and angle cells (k,) lie in, -1 outside the grid; and
-        the ranges and velocities, folded.
-        """
-        if any(self.coupling):
-            farther, faster = self.coupling
-            range_m, velocity = range_m + farther * velocity, velocity + faster * range_m
-        if self.wraps_range:
-            range_m = np.mod(range_m, self.range_m.high)
-        if np.abs(velocity).max(initial=0.0) >= self.velocity.high:
-            velocity = folded(velocity, self.velocity.high)
-        angles = self.azimuth.count * self.height.count
-        return _cells(range_m, velocity, angle, self.range_m.along, self.velocity.along, angles), range_m, velocity
-
-    def angles(self, azimuth: np.ndarray, height: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Numbers (k,) int64 of the angle cells of sines (k,), -1 outside the grid; and the sines, folded."""
-        sides, levels = self.ends
-        if self.wraps_angles:
-            azimuth, height = (
-                np.mod(each - low, high - low) + low for each, (low, high) in ((azimuth, sides), (height, levels))
-            )
+    @property
+    def bins(self) -> Bins:
+        """Its cells, for loops over arrivals."""
+        ranges, velocities, azimuths, heights = (axis.along for axis in self.axes)
         meet = bool(self.arrays[0]), bool(self.arrays[1])
-        cell = _angle_cells(azimuth, height, self.azimuth.along, self.height.along, sides, levels, meet)
-        return cell, azimuth, height
+        ends, modes = self.ends, (self.wraps_angles, self.wraps_range)
+        return Bins(ranges, velocities, azimuths, heights, *ends, meet, *modes, self.coupling)
+
+    def angles(self, azimuth: np.ndarray, height: np.ndarray) -> np.ndarray:
+        """Numbers (k,) int32 of the angle cells of sines (k,), -1 outside the grid."""
+        cells = np.empty(len(azimuth), np.int32)
+        angle_cells(self.bins, azimuth, height, cells)
+        return cells
 
     def number(self, index: Sequence[np.ndarray]) -> np.ndarray:
         """Numbers (k,) of cells by their places on the axes; those of one velocity lie together."""
@@ -140,7 +128,7 @@ class Cube:
 
 
 class Part(NamedTuple):
-    """Cells (m,) int64 that arrivals of one kind fill, which may repeat: their powers (m,), values (4, m), bounces."""
+    """Cells (m,) int64 that arrivals of one kind fill: their powers (m,), values (4, m), bounces."""
 
     cell: np.ndarray
     power: np.ndarray
@@ -148,58 +136,13 @@ class Part(NamedTuple):
     bounces: int
 
 
-def summed(grid: Grid, found: Arrivals) -> Part:
-    """Arrivals put into cells. Fields of one group add up as far as the radar does not resolve them; then powers do."""
-    power, (range_m, velocity, *angles), angle = found.power, found.values, found.angle
-    if found.group is not None:
-        brought = added if found.field is not None else gathered
-        power, (range_m, velocity, *angles) = brought(found, grid.resolved)
-    if angle is None:
-        angle, *angles = grid.angles(*angles)
-    cell, range_m, velocity = grid.place(range_m, velocity, angle)
-    groups = Groups(cell)
-    total, means = groups.means((range_m, velocity, *angles), power)
-    inside = np.flatnonzero(groups.keys >= 0)
-    return Part(groups.keys[inside], total[inside], means[:, inside], found.bounces)
-
-
-@compiled
-def _cells(
-    range_m: np.ndarray, velocity: np.ndarray, angle: np.ndarray, ranges: Along, velocities: Along, angles: int
-) -> np.ndarray:
-    """Numbers (k,) int64 of cells; ranges, velocities: lowest value, width and count of theirs; angles: how many."""
-    cell = np.full(len(angle), -1)
-    (nearest, long, far), (slowest, wide, fast) = ranges, velocities
-    for row in range(len(angle)):
-        at = math.floor((range_m[row] - nearest) / long)
-        if 0 <= at < far and angle[row] >= 0:
-            turn = min(max(math.floor((velocity[row] - slowest) / wide), 0), fast - 1)
-            cell[row] = (turn * far + at) * angles + angle[row]
-    return cell
-
-
-@compiled
-def _angle_cells(
-    azimuth: np.ndarray,
-    height: np.ndarray,
-    azimuths: Along,
-    heights: Along,
-    sides: tuple[float, float],
-    levels: tuple[float, float],
-    meet: tuple[bool, bool],
-) -> np.ndarray:
-    """Numbers (k,) int64 of angle cells; azimuths, heights: lowest value, width and count of theirs; sides, levels: the
-    ends within which they are; meet: whether the first cell is also that of the other end.
-    """
-    cell = np.full(len(azimuth), -1)
-    (left, wide, columns), (lowest, tall, rows) = azimuths, heights
-    for row in range(len(azimuth)):
-        if sides[0] <= azimuth[row] < sides[1] and levels[0] <= height[row] < levels[1]:
-            across, up = math.floor((azimuth[row] - left) / wide), math.floor((height[row] - lowest) / tall)
-            across = across % columns if meet[0] else min(across, columns - 1)
-            up = up % rows if meet[1] else min(up, rows - 1)
-            cell[row] = across * rows + up
-    return cell
+def summed(grid: Grid, scattered: Sequence[Sums], grouped: Sequence[Arrivals], bounces: int) -> Part:
+    """What comes back after as many faces: what is in cells already, and arrivals that add up in groups before."""
+    found = [(added if each.field is not None else gathered)(each, grid.resolved) for each in grouped]
+    sums = Sums.merged(scattered, sum(len(power) for power, _ in found))
+    for power, values in found:
+        put_all(grid.bins, sums, values, power)
+    return Part(*sums.found, bounces)
 
 
 def merged(grid: Grid, parts: Iterable[Part]) -> Cube:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
-from sensors.compiled import compiled
+from sensors.compiled import compiled, inlined
 
 from .antenna import Antenna
 from .aperture import Aperture
@@ -134,7 +135,7 @@ def _of_map(cube: Cube, scan: ScanConfig, noise: Noise, peaks: bool) -> Cube:
     return _with_alarms(cells, cube.grid.number((*pair_of_noise, *angles)), power[pair_of_noise])
 
 
-@compiled
+@compiled(makes_arrays=True)
 def _strongest(pair: np.ndarray, power: np.ndarray) -> np.ndarray:
     """The row of the most power of each pair (k,), which rise; of equal powers the first."""
     rows = np.empty(len(pair), np.int64)
@@ -150,21 +151,56 @@ def _strongest(pair: np.ndarray, power: np.ndarray) -> np.ndarray:
 
 def _whole(cube: Cube, rows: np.ndarray) -> Cube:
     """Some cells, with what lies beside them in angle and nearer than half a cell: a target on their border is one."""
-    grid, at = cube.grid, [index[rows] for index in cube.index]
-    azimuths, heights = grid.shape[2:]
-    power, values = cube.power[rows], cube.values[:, rows]
-    total, sums = power.copy(), power * values
-    for across, up in itertools.product((-1, 0, 1), repeat=2):
-        azimuth, height = at[2] + across, at[3] + up
-        inside = (azimuth >= 0) & (azimuth < azimuths) & (height >= 0) & (height < heights)
-        number = grid.number((*at[:2], np.clip(azimuth, 0, azimuths - 1), np.clip(height, 0, heights - 1)))
-        place = np.minimum(np.searchsorted(cube.cell, number), len(cube.cell) - 1)
-        near = inside & (cube.cell[place] == number) & bool(across or up)
-        for axis, cells in ((2, grid.azimuth), (3, grid.height)):
-            near &= np.abs(cube.values[axis][place] - values[axis]) < cells.width / 2
-        total += np.where(near, cube.power[place], 0.0)
-        sums += np.where(near, cube.power[place] * cube.values[:, place], 0.0)
-    return Cube(grid, cube.cell[rows], total, sums / np.maximum(total, 1e-300), cube.bounces[rows])
+    grid, power, values = cube.grid, cube.power[rows], np.empty((4, len(rows)))
+    angles, widths = grid.shape[2:], (grid.azimuth.width, grid.height.width)
+    _join(cube.cell, cube.power, cube.values, rows, angles, widths, power, values)
+    return Cube(grid, cube.cell[rows], power, values, cube.bounces[rows])
+
+
+@inlined
+def _row_of(cell: Any, cells: np.ndarray) -> Any:
+    """The row of a cell among rising ones (k,), -1 if it is not there."""
+    low, high = 0, len(cells)
+    while low < high:
+        middle = (low + high) // 2
+        if cells[middle] < cell:
+            low = middle + 1
+        else:
+            high = middle
+    return low if low < len(cells) and cells[low] == cell else -1
+
+
+@compiled
+def _join(
+    cells: np.ndarray,
+    powers: np.ndarray,
+    values: np.ndarray,
+    rows: np.ndarray,
+    angles: tuple[int, int],
+    widths: tuple[float, float],
+    total: np.ndarray,
+    means: np.ndarray,
+) -> None:
+    """Adds to the powers (n,) of some rows of a cube's cells those of near neighbours; writes the means (4, n) of their
+    values. angles: how many cells of azimuth and elevation there are, widths: of these.
+    """
+    for at in range(len(rows)):
+        row = rows[at]
+        azimuth, height = cells[row] // angles[1] % angles[0], cells[row] % angles[1]
+        for axis in range(4):
+            means[axis, at] = powers[row] * values[axis, row]
+        for side in range(max(azimuth - 1, 0), min(azimuth + 2, angles[0])):
+            for level in range(max(height - 1, 0), min(height + 2, angles[1])):
+                beside = _row_of(cells[row] + (side - azimuth) * angles[1] + level - height, cells)
+                if beside in (row, -1):
+                    continue
+                across, up = values[2, beside] - values[2, row], values[3, beside] - values[3, row]
+                if abs(across) < widths[0] / 2 and abs(up) < widths[1] / 2:
+                    total[at] += powers[beside]
+                    for axis in range(4):
+                        means[axis, at] += powers[beside] * values[axis, beside]
+        for axis in range(4):
+            means[axis, at] /= max(total[at], 1e-300)
 
 
 def _with_alarms(cells: Cube, number: np.ndarray, power: np.ndarray) -> Cube:

@@ -11,7 +11,8 @@ import numpy as np
 from .planes import FADED
 from .rays import Tubes
 from .scattering import Arrivals
-from .waves import Met, Setting
+from .setting import Setting
+from .waves import Met
 
 SIDE_LOBES = 8.0 * np.pi
 """Over the squared width of a tube times that of 2 L / wavelength: twice a tube is then one deviation of the lobe."""
@@ -19,45 +20,41 @@ SIDE_LOBES = 8.0 * np.pi
 
 def curved(setting: Setting, tubes: Tubes, met: Met) -> list[Arrivals]:
     """What faces of curved surfaces send straight back; after mirrors by the two ways in both orders."""
-    met = _bent(setting, tubes, met, met.each["back"])
-    if not len(met):
+    if not setting.planes.any_curved or not len(met := _bent(setting, tubes, met, met.each["back"])):
         return []
-    each, antenna, bounces = met.each, setting.antenna, met.waves.bounce
-    row, back, group = met.wave["row"], each["back"].T, _surface_keys(setting, met)
+    each, antenna = met.each, setting.antenna
+    row, back, group = each["row"], each["back"].T, _surface_keys(setting, met)
     power = _glint(setting, tubes, met, _middle_ways(setting, met)) / each["out"] ** 2
     range_m, rate = (each["way"] + each["out"]) / 2, (each["coming"] + each["going"]) / 2
     azimuth = back[1] / np.maximum(np.hypot(back[0], back[1]), 1e-12)
     first = power * np.take(tubes.sends, row) * antenna.hears(back)
-    found = [Arrivals(range_m, rate, azimuth, back[2], first, group=group, bounces=bounces)]
-    if bounces > 1:
+    found = [Arrivals(range_m, rate, azimuth, back[2], first, group)]
+    if met.bounce > 1:
         second = power * np.take(tubes.hears, row) * antenna.sends(back)
         own = tubes.azimuth[row], tubes.elevation[row]
-        found.append(Arrivals(range_m, rate, *own, second, group=group, bounces=bounces))
+        found.append(Arrivals(range_m, rate, *own, second, group))
     return found
 
 
 def curved_again(setting: Setting, tubes: Tubes, met: Met) -> list[Arrivals]:
     """What faces of curved surfaces, met after mirrors, send back along the way on which the wave came."""
-    met = _bent(setting, tubes, met, met.wave["direction"])
-    if not len(met):
+    if not setting.planes.any_curved or not len(met := _bent(setting, tubes, met, met.each["direction"])):
         return []
-    each, wave = met.each, met.wave
-    way, row, passed = each["way"], wave["row"], np.abs(wave["field"]) ** 2
-    power = _glint(setting, tubes, met, -wave["direction"]) * passed / way**2
+    each = met.each
+    way, row, passed = each["way"], each["row"], np.abs(each["field"]) ** 2
+    power = _glint(setting, tubes, met, -each["direction"]) * passed / way**2
     power *= np.take(tubes.sends, row) * np.take(tubes.hears, row)
     power *= way < setting.seen
     own, group = (tubes.azimuth[row], tubes.elevation[row]), _surface_keys(setting, met)
-    return [Arrivals(way, each["coming"], *own, power, group=group, bounces=met.waves.bounce)]
+    return [Arrivals(way, each["coming"], *own, power, group)]
 
 
 def _bent(setting: Setting, tubes: Tubes, met: Met, back: np.ndarray) -> Met:
-    """Those that meet faces of curved surfaces within reach of their lobes; back: (k, 3), the ways back."""
-    rows = np.flatnonzero(setting.faces.curved[met.plane])
-    met, back = met.at(rows), back[rows]
-    each, wave, plane, (wide, bend) = met.each, met.wave, met.plane, setting.planes.widths(setting.antenna.wavelength)
-    ways = 1.0 + _dot(wave["direction"], back)
+    """Those that are met within reach of their lobes; back: (k, 3), the ways back."""
+    each, (wide, bend) = met.each, setting.planes.widths(setting.antenna.wavelength)
+    row, plane, ways = each["row"], each["face"], 1.0 + _dot(each["direction"], back)
     sine = ways / 2.0 - (each["slope"] + _dot(met.faces.normal[plane], back)) ** 2 / 4.0
-    solid = tubes.width[wave["row"]] * tubes.height[wave["row"]] * (wave["wide"] ** 2 * FADED / 2.0)
+    solid = tubes.width[row] * tubes.height[row] * (each["wide"] ** 2 * FADED / 2.0)
     reach = wide[plane] + solid * (1.0 / 3.0 + bend[plane] * each["way"] ** 2 / each["cosine"])
     return met.at(np.flatnonzero(sine < reach))
 
@@ -70,13 +67,13 @@ def _glint(setting: Setting, tubes: Tubes, met: Met, ways: np.ndarray) -> np.nda
     however many tubes meet a face, they add up to the surface. Where this is straight, as along a cylinder, the lobe is
     that of a line, sinc squared, as far as tubes are narrow enough to tell its side lobes.
     """
-    planes, wavelength, each, wave = setting.planes, setting.antenna.wavelength, met.each, met.wave
-    row, plane, cosine = wave["row"], met.plane, each["cosine"]
+    planes, wavelength, each = setting.planes, setting.antenna.wavelength, met.each
+    row, plane, cosine = each["row"], each["face"], each["cosine"]
     axes, bend = planes.axes[plane], planes.bend[plane]
     place = (each["back"] * each["out"][:, None]) @ setting.rotation.T + setting.pose[:3, 3] - planes.middle[plane]
     across = np.einsum("pai,pi->pa", axes, ways @ setting.rotation.T)
     across -= np.einsum("pab,pbi,pi->pa", bend, axes, place) * _dot(ways, met.faces.normal[plane])[:, None]
-    wide = wave["wide"] ** 2
+    wide = each["wide"] ** 2
     solid = tubes.width[row] * tubes.height[row] * wide
     spread = planes.lobes(wavelength)[plane] + (solid / 12.0)[:, None, None] * np.eye(2)
     spread += np.einsum("pab,pcb->pac", bend, bend) * (solid * each["way"] ** 2 / (4.0 * cosine))[:, None, None]
@@ -87,14 +84,14 @@ def _glint(setting: Setting, tubes: Tubes, met: Met, ways: np.ndarray) -> np.nda
     across -= straight * (along / np.maximum(length, 1e-300))[:, None]
     lobe = np.exp(-0.5 * np.einsum("pa,pab,pb->p", across, inverse, across)) * np.sqrt(np.linalg.det(inverse))
     lobe *= np.sinc(along) ** 2
-    left = np.abs(wave["field"] * setting.reflections.tables.amplitude[each["table"]]) ** 2
+    left = np.abs(each["field"] * setting.reflections.tables.amplitude[each["table"]]) ** 2
     return np.asarray(setting.antenna.receives * left * tubes.solid[row] * wide * lobe / (2.0 * cosine))
 
 
 def _surface_keys(setting: Setting, met: Met) -> np.ndarray:
     """(k,) uint64 of the surface that sends back and of the mirrors on the way."""
-    surface = np.take(setting.faces.surface, met.plane).astype(np.uint64)
-    return np.asarray(surface + np.take(met.waves.images.key, met.waves.image.take(met.each["wave"])))
+    surface = np.take(setting.faces.surface, met.each["face"]).astype(np.uint64)
+    return np.asarray(surface + np.take(met.images.key, met.each["image"]))
 
 
 def _middle_ways(setting: Setting, met: Met) -> np.ndarray:
@@ -102,9 +99,9 @@ def _middle_ways(setting: Setting, met: Met) -> np.ndarray:
 
     Over a face of less than a Fresnel zone the wave is flat; over a larger one each tube counts by itself.
     """
-    planes, plane = setting.planes, met.plane
-    ways = -(met.wave["direction"] + met.each["back"]) / 2.0
-    if met.waves.bounce == 1:
+    planes, plane = setting.planes, met.each["face"]
+    ways = -(met.each["direction"] + met.each["back"]) / 2.0
+    if met.bounce == 1:
         size = 12.0 * planes.extent[plane].max(axis=(1, 2))
         small = np.flatnonzero(size < setting.antenna.wavelength * met.each["out"])
         towards = (setting.pose[:3, 3] - planes.middle[plane[small]]) @ setting.rotation

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from sensors.compiled import compiled
+from sensors.compiled import compiled, inlined
 
 _MIX = np.uint64(0x9E3779B97F4A7C15)
 _HIGH = np.uint64(32)
+
+FEW = 1024
+"""Slots of a table that is still nearly empty: so few stay in the cache."""
 
 
 class Groups:
@@ -40,17 +43,101 @@ class Groups:
         return total, means.T / np.maximum(total, 1e-300)
 
 
-@compiled
-def _slot(one: Any, keys: np.ndarray, slots: np.ndarray) -> Any:
-    """The slot of a key in a table of open addresses: the one that has its number, or else is free (-1)."""
-    last = len(slots) - 1
+class Sums(NamedTuple):
+    """Powers, and four values weighted by them, added up by key one after the other (`add`); room for n keys.
+
+    slots: (2^m,) int32, a table of open addresses, of which a part is used; -1 where it is free. keys: (n,) int64.
+    sums: (n, 5) float64, of the power and of power times value. last: (3,) int64, how many keys there are, the place of
+    the latest, and how many slots are used.
+    """
+
+    slots: np.ndarray
+    keys: np.ndarray
+    sums: np.ndarray
+    last: np.ndarray
+
+    @classmethod
+    def room(cls, most: int) -> Sums:
+        """For so many keys, of which none is there yet."""
+        slots = np.empty(max(1 << (2 * most).bit_length(), FEW), np.int32)
+        slots[:FEW] = -1
+        return cls(slots, np.empty(most, np.int64), np.empty((most, 5)), np.array([0, 0, FEW]))
+
+    @classmethod
+    def merged(cls, parts: Sequence[Sums], more: int) -> Sums:
+        """Several as one, with room for more keys."""
+        sums = cls.room(sum(int(part.last[0]) for part in parts) + more)
+        for part in parts:
+            _merge(sums, part)
+        return sums
+
+    @property
+    def found(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The keys (m,), their powers (m,) and means (4, m) of their values."""
+        count = int(self.last[0])
+        sums = self.sums[:count].T
+        return self.keys[:count], sums[0], sums[1:] / np.maximum(sums[0], 1e-300)
+
+
+@inlined
+def _slot(one: Any, keys: np.ndarray, slots: np.ndarray, size: Any) -> Any:
+    """The slot of a key in a table of open addresses of this size: the one that has its number, or is free (-1)."""
+    last = size - 1
     at = np.int64((np.uint64(one) * _MIX) >> _HIGH) & last
     while slots[at] >= 0 and keys[slots[at]] != one:
         at = (at + 1) & last
     return at
 
 
+@inlined
+def _widen(sums: Sums) -> None:
+    """Uses twice as many slots."""
+    size = 2 * sums.last[2]
+    sums.last[2] = size
+    for slot in range(size):
+        sums.slots[slot] = -1
+    for number in range(sums.last[0]):
+        sums.slots[_slot(sums.keys[number], sums.keys, sums.slots, size)] = number
+
+
+@inlined
+def _place(sums: Sums, key: Any) -> Any:
+    """The place of a key, a new one if it is not there yet."""
+    keys, count, at = sums.keys, sums.last[0], sums.last[1]
+    if count == 0 or keys[at] != key:  # neighbours have mostly one key
+        slot = _slot(key, keys, sums.slots, sums.last[2])
+        at = np.int64(sums.slots[slot])
+        if at < 0:
+            at = count
+            sums.slots[slot], keys[at], sums.last[0] = at, key, count + 1
+            for axis in range(5):
+                sums.sums[at, axis] = 0.0
+            if 2 * count > sums.last[2]:
+                _widen(sums)
+        sums.last[1] = at
+    return at
+
+
+@inlined
+def add(sums: Sums, key: Any, power: Any, first: Any, second: Any, third: Any, fourth: Any) -> None:
+    """Adds a power and four values to the sums of a key."""
+    at, share = _place(sums, key), np.float64(power)
+    sums.sums[at, 0] += share
+    sums.sums[at, 1] += share * first
+    sums.sums[at, 2] += share * second
+    sums.sums[at, 3] += share * third
+    sums.sums[at, 4] += share * fourth
+
+
 @compiled
+def _merge(sums: Sums, more: Sums) -> None:
+    for row in range(more.last[0]):
+        at = _place(sums, more.keys[row])
+        for axis in range(5):
+            sums.sums[at, axis] += more.sums[row, axis]
+
+
+@compiled(makes_arrays=True)
 def _numbered(key: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The different keys (n,) of (k,) int64, as they come, and the number of each key among them, (k,) int32."""
     runs = 1
@@ -64,7 +151,7 @@ def _numbered(key: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     for place in range(len(key)):
         one = key[place]
         if place == 0 or key[place - 1] != one:
-            at = _slot(one, keys, slots)
+            at = _slot(one, keys, slots, size)
             if slots[at] < 0:
                 slots[at] = count
                 keys[count] = one

@@ -8,7 +8,7 @@ the ray, as if the body extended to the ray's origin.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -44,8 +44,7 @@ class Twists:
         return np.asarray(self.linear[body] + np.stack((y * c - z * b, z * a - x * c, x * b - y * a), -1))
 
 
-@dataclass(frozen=True, slots=True)
-class Images:
+class Images(NamedTuple):
     """The radar as mirrors show it, one image for each order of faces that tubes have met; c of them.
 
     place: (c, 3) float64 from the radar [m]; all vectors are in the sensor's axes. turn: (c, 3, 3), what the mirrors

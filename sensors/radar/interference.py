@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sensors.compiled import compiled
+from sensors.compiled import compiled, inlined
 
 from .grouping import Groups
 from .scattering import Arrivals
@@ -59,19 +59,18 @@ def gathered(found: Arrivals, widths: Sequence[float]) -> tuple[np.ndarray, np.n
 
 def _in_groups(found: Arrivals) -> tuple[np.ndarray, np.ndarray]:
     """The group (k,) of each, by number, and the middles (4, n) of the groups."""
-    assert found.group is not None
     groups = Groups(found.group)
     return groups.which, groups.means(found.values, found.power)[1]
 
 
-@compiled
+@inlined
 def _joined(key: Any, number: float) -> Any:
     """A key for both a key and a whole number."""
     key = (key ^ np.uint64(np.int64(number))) * _MIX
     return key ^ (key >> _HIGH)
 
 
-@compiled
+@inlined
 def _beside(place: float, flat_top: float) -> tuple[float, float]:
     """The whole number beside a place, and its share of what is there: 0 within `flat_top` of the nearest one."""
     whole = np.rint(place)
@@ -82,7 +81,7 @@ def _beside(place: float, flat_top: float) -> tuple[float, float]:
     return whole + math.copysign(1.0, off), math.sin(math.pi / 2.0 * near) ** 2
 
 
-@compiled
+@compiled(makes_arrays=True)
 def _cells(
     which: np.ndarray,
     middle: np.ndarray,

@@ -9,29 +9,24 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from sensors.compiled import compiled
-from sensors.raycast.rays import NOTHING, Hits, RayBundle
+from sensors.raycast.rays import NOTHING, Hits
 
+from .bins import Bins, put
+from .grouping import Sums
 from .images import Images
-from .materials import Tables
 from .planes import NO_PLANE
 from .rays import Tubes
-from .scattering import MIRROR, Arrivals
-from .waves import FAINTEST, GRAZING, WAVE, Faces, Setting, Waves, with_hits
-
-WIDEST = 6.0
-"""Turns of phase over a tube up to which it counts for a flat face: inside a face wider ones cancel to nothing, and an
-edge they cannot resolve."""
+from .scattering import MIRROR, WIDEST, Arrivals, Fields, arrived, reflect_back, strength
+from .setting import Setting, Space, with_hits
+from .waves import FAINTEST, GRAZING, MET, Met, Sent, Wave, dot, meets, row_of, sends_on, write
 
 LEAST_M = np.float32(1e-12)
 """Distances below this [m] count as this."""
-
-MIRRORS, BENDS, LEADS = 1, 2, 4
-"""What becomes of a tube at its first face: it is near its mirror reflection; the surface is curved; it goes on."""
 
 _NONE = np.zeros(0, np.int32)
 
@@ -40,107 +35,67 @@ _NONE = np.zeros(0, np.int32)
 class Beam:
     """Neighbouring tubes that were cast together, and what they meet; n of them, from `first` of all tubes on.
 
-    bundle: their rays. angle: (n,) int64, their angle cells, None if they are not known. skip: (s + 1,) bool, surfaces
-    whose hits do not count. owner: (n,) int32, the only surface whose hits count, None for all.
+    skip: (s + 1,) bool, surfaces whose hits do not count. owner: (n,) int32, the only surface whose hits count, None
+    for all.
     """
 
     first: int
-    bundle: RayBundle
-    angle: np.ndarray | None
     skip: np.ndarray
     owner: np.ndarray | None
     hits: Hits
 
-    def blocks(self, size: int, seen: float) -> Iterator[tuple[Beam, slice]]:
-        """Its tubes in blocks, but for those in which none meets anything nearer than `seen` [m]."""
+    def blocks(self, size: int) -> Iterator[tuple[Beam, slice]]:
+        """Its tubes in blocks."""
         count = len(self.hits.distance)
         for first in range(0, count, size):
-            part = slice(first, min(first + size, count))
-            if self.hits.distance[part].min() < seen:
-                yield self, part
+            yield self, slice(first, min(first + size, count))
 
 
 @dataclass(slots=True)
 class Lit:
-    """What some tubes of a beam meet.
+    """What comes back of the faces that tubes meet first, what is sent on, and what of them is curved.
 
-    scattered: what rough faces send straight back. waves: (m,), those tubes whose phase counts; hit: (m,) of the beam,
-    plane: (m,) that they meet, and kind: (m,) uint8, of `MIRRORS`, `BENDS` and `LEADS`.
+    scattered: by rough faces; fields: of flat ones near a mirror reflection.
     """
 
-    scattered: Arrivals
-    waves: Waves
-    hit: np.ndarray
-    plane: np.ndarray
-    kind: np.ndarray
+    scattered: Sums
+    fields: Arrivals
+    sent: Sent
+    curved: Met
 
 
 class Ahead(NamedTuple):
-    """What a block of n tubes meets, of a beam of b.
+    """What a block of n tubes meets; first: where it starts among all tubes.
 
-    first_tube, first_hit: where the block starts among all tubes, and in the beam. direction: (3, b), of the beam's
-    rays in the world's axes. distance: (n,) float32 [m]; face: (n,) that are met; owner: as in `Beam`, (0,) for None;
-    skip: as there.
+    distance: (n,) float32 [m]; face: (n,) that are met; owner: as in `Beam`, (0,) for None; skip: as there.
     """
 
-    first_tube: int
-    first_hit: int
-    direction: np.ndarray
+    first: int
     distance: np.ndarray
     face: np.ndarray
     owner: np.ndarray
     skip: np.ndarray
 
 
-class Limits(NamedTuple):
-    """What a tube must keep to count. seen: farthest [m]; grazing: least cosine of incidence, mirror: near a mirror
-    reflection; faintest: least amplitude of what is followed, if the radar follows anything.
-    """
+class LitRoom(NamedTuple):
+    """Room for what a block of n tubes brings; met: (n,) of `MET`, the curved faces."""
 
-    seen: np.float32
-    grazing: float
-    mirror: float
-    faintest: float
-    follows: bool
-
-
-class Scale(NamedTuple):
-    """What the wavelength makes of a tube. received: of 4 m^2 at 1 m [W m^2]; turning: turns of phase, over `WIDEST`,
-    on a way of 1 m.
-    """
-
-    received: np.float32
-    turning: np.float32
-
-
-class Found(NamedTuple):
-    """Room for what a block of n tubes brings: rows of scattered power, and rows of waves whose phase counts.
-
-    range_m, velocity, azimuth, height, power: (n,) float32, of `Arrivals`, and tube: (n,) int64 of the block. wave:
-    (n,) of `WAVE`; hit, plane: (n,) int64, and kind: (n,) uint8, as in `Lit`.
-    """
-
-    range_m: np.ndarray
-    velocity: np.ndarray
-    azimuth: np.ndarray
-    height: np.ndarray
-    power: np.ndarray
-    tube: np.ndarray
-    wave: np.ndarray
-    hit: np.ndarray
-    plane: np.ndarray
-    kind: np.ndarray
+    scattered: Sums
+    fields: Fields
+    sent: Sent
+    met: np.ndarray
 
     @classmethod
-    def room(cls, count: int) -> Found:
-        """Arrays for so many, to be filled."""
-        kinds = *[np.float32] * 5, np.int64, WAVE, np.int64, np.int64, np.uint8
-        return cls(*(np.empty(count, kind) for kind in kinds))
+    def of(cls, setting: Setting, leads: np.ndarray) -> LitRoom:
+        """For tubes (n,), of which these lead on; made by the main thread, whose memory is used again."""
+        count, on = len(leads), int(np.count_nonzero(leads)) if setting.bounces > 1 else 0
+        met = np.empty(count if setting.planes.any_curved else 0, MET)
+        return cls(Sums.room(count), Fields.room(count), Sent.room(on), met)
 
 
-def lit(setting: Setting, tubes: Tubes, beam: Beam, part: slice) -> Lit:
-    """What some tubes of a beam meet. Cross section of rough faces 4 x share x area x cosine squared (Lambert)."""
-    hits, faces, antenna = beam.hits, setting.faces, setting.antenna
+def lit(setting: Setting, bins: Bins, tubes: Tubes, beam: Beam, part: slice, room: LitRoom) -> Lit:
+    """What becomes of some tubes of a beam."""
+    hits, faces, images = beam.hits, setting.faces, Images.none()
     distance, plane = hits.distance[part], setting.planes.of_hits(hits, part)
     first, face = beam.first + part.start, plane
     if setting.deforms:
@@ -148,38 +103,27 @@ def lit(setting: Setting, tubes: Tubes, beam: Beam, part: slice) -> Lit:
         point = tubes.directions[:, first + single].T * distance[single, None]
         face, faces = with_hits(setting, plane, hits, single + part.start, single, point)
     owner = _NONE if beam.owner is None else beam.owner[part]
-    ahead = Ahead(first, part.start, beam.bundle.directions, distance, face, owner, beam.skip)
-    linear = (faces.linear @ setting.rotation.T).astype(np.float32)
-    limits = Limits(np.float32(setting.seen), GRAZING, MIRROR, FAINTEST, setting.bounces > 1)
-    scale = Scale(np.float32(4.0 * antenna.receives), np.float32(2.0 / (WIDEST * antenna.wavelength)))
-    found = Found.room(len(plane))
-    scattered, special = _lit(ahead, tubes, faces, linear, setting.reflections.tables, limits, scale, found)
-    back = Arrivals.of((column[:scattered] for column in found[:5]), 1)
-    if beam.angle is not None:
-        back.angle = beam.angle[part].take(found.tube[:scattered])
-    wave, hit, plane, kind = (column[:special] for column in found[6:])
-    return Lit(back, Waves(1, Images.none(), np.zeros(special, np.int32), wave), hit, plane, kind)
+    ahead = Ahead(first, distance, face, owner, beam.skip)
+    turning = np.float32(2.0 / (WIDEST * setting.antenna.wavelength))
+    fields, sent, bent = _lit(ahead, tubes, setting.space(faces), images, turning, setting.bounces > 1, bins, room)
+    met = Met(1, images, faces, room.met[:bent])
+    return Lit(room.scattered, arrived(room.fields.first(fields)), room.sent.first(sent), met)
 
 
 @compiled
 def _lit(
-    ahead: Ahead,
-    tubes: Tubes,
-    faces: Faces,
-    linear: np.ndarray,
-    tables: Tables,
-    limits: Limits,
-    scale: Scale,
-    found: Found,
-) -> tuple[int, int]:
-    """Writes what is scattered, and the waves whose phase counts; counts both. linear: (b, 3) float32, the velocities
-    of the bodies in the world's axes [m/s].
+    ahead: Ahead, tubes: Tubes, space: Space, images: Images, turning: Any, goes_on: bool, bins: Bins, room: LitRoom
+) -> tuple[int, int, int]:
+    """Adds what is scattered; writes fields, waves that are sent on, and curved faces that are met, and counts each.
+
+    turning: turns of phase, over `WIDEST`, on a way of 1 m. goes_on: whether waves are followed.
     """
-    scattered = special = 0
+    faces, tables, seen, received = space.faces, space.tables, np.float32(space.seen), np.float32(space.received)
+    fields = sent = bent = 0
     for row in range(len(ahead.distance)):
         way, face = max(ahead.distance[row], LEAST_M), ahead.face[row]
-        tube, hit = ahead.first_tube + row, ahead.first_hit + row
-        if not way < limits.seen:
+        tube = ahead.first + row
+        if not way < seen:
             continue
         surface = faces.surface[face]
         if (len(ahead.owner) and ahead.owner[row] != surface) or ahead.skip[surface]:
@@ -187,35 +131,31 @@ def _lit(
         inverse = np.float32(1) / way
         cosine = min(np.float32(abs(faces.height[face])) * inverse, np.float32(1))
         table = faces.table[face] + min(int(cosine * tables.steps), tables.steps - 1)
-        power = tables.diffuse[table] * cosine * tubes.weight[tube] * scale.received * inverse * inverse
+        power = tables.diffuse[table] * cosine * tubes.weight[tube] * received * inverse * inverse
+        towards = tubes.directions[0, tube], tubes.directions[1, tube], tubes.directions[2, tube]
         if power > 0:
-            own, rate = faces.body[face], np.float32(0)
-            for axis in range(3):
-                rate += linear[own, axis] * ahead.direction[axis, hit]
-            found.range_m[scattered], found.velocity[scattered], found.power[scattered] = way, rate, power
-            found.azimuth[scattered], found.height[scattered] = tubes.azimuth[tube], tubes.elevation[tube]
-            found.tube[scattered] = row
-            scattered += 1
-        if cosine <= limits.grazing:
+            rate = dot(row_of(faces.linear, faces.body[face]), towards)
+            side, level, angle = tubes.azimuth[tube], tubes.elevation[tube], tubes.angle[tube]
+            put(bins, room.scattered, way, rate, side, level, angle, power)
+        if cosine <= GRAZING:
             continue
-        kind = 0
-        if faces.curved[face]:
-            kind = BENDS
-        else:
-            turns = max(tubes.width[tube], tubes.height[tube]) * way * scale.turning
+        mirrors = leads = False
+        if not faces.curved[face]:
+            turns = max(tubes.width[tube], tubes.height[tube]) * way * turning
             square = cosine * cosine
-            if cosine > limits.mirror and turns * turns * (1 - square) < square:
-                kind |= MIRRORS
-            left = tables.amplitude[table]
-            strong = left.real**2 + left.imag**2 > limits.faintest**2
-            if limits.follows and tubes.wide[tube] > 0 and 0 <= face < faces.planes and strong:
-                kind |= LEADS
-        if kind:
-            wave = found.wave[special]
-            wave.row, wave.travelled, wave.field, wave.wide = tube, 0.0, 1.0, 1.0
-            for axis in range(3):
-                wave.direction[axis] = tubes.directions[axis, tube]
-            found.hit[special], found.kind[special] = hit, kind
-            found.plane[special] = face if face < faces.planes else -1
-            special += 1
-    return scattered, special
+            mirrors = cosine > MIRROR and turns * turns * (1 - square) < square
+            leads = goes_on and tubes.leads[tube] and 0 <= face < faces.planes
+            leads = leads and strength(tables.amplitude[table]) > FAINTEST**2
+            if not (mirrors or leads):
+                continue
+        wave = Wave(np.int32(tube), towards, np.float32(1), 0.0, np.complex64(1), np.int32(0))
+        touch = meets(space, images, wave, face)
+        if touch.way > 0:
+            if mirrors and reflect_back(space, images, tubes, wave, touch, tubes.hears[tube], room.fields, fields):
+                fields += 1
+            if leads and sends_on(space, wave, touch, room.sent, sent):
+                sent += 1
+            if faces.curved[face]:
+                write(room.met, bent, wave, touch)
+                bent += 1
+    return fields, sent, bent

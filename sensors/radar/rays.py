@@ -24,8 +24,8 @@ class Tubes(NamedTuple):
 
     directions: (3, n) float64 unit. azimuth, elevation: (n,) sines of the angles. width, height: (n,) angles across and
     up [rad]. solid: (n,) solid angles [sr]. sends, hears: (n,) gains of the antennas along the rays. weight: (n,)
-    solid x sends x hears. wide: (n,) how many tubes across, and up, each stands for once it was reflected; 0 of those
-    that are not followed. All but the directions are float32.
+    solid x sends x hears. wide: (n,) how many tubes across, and up, each stands for once it was reflected. leads: (n,)
+    bool, those that are followed then. angle: (n,) int32, the angle cells (`Grid.angles`). What is not said is float32.
     """
 
     directions: np.ndarray
@@ -38,11 +38,14 @@ class Tubes(NamedTuple):
     hears: np.ndarray
     weight: np.ndarray
     wide: np.ndarray
+    leads: np.ndarray
+    angle: np.ndarray
 
     @classmethod
     def room(cls, count: int) -> Tubes:
         """Arrays for so many, to be filled (`fill`)."""
-        return cls(np.empty((3, count)), *(np.empty(count, np.float32) for _ in cls._fields[1:]))
+        kinds = [*[np.float32] * (len(cls._fields) - 3), np.bool_, np.int32]
+        return cls(np.empty((3, count)), *(np.empty(count, kind) for kind in kinds))
 
     def part(self, first: int, end: int) -> Tubes:
         """Some of them; the arrays are parts of these."""
@@ -69,8 +72,7 @@ def fill(
     solid = da * (np.sin(e + de / 2) - np.sin(e - de / 2))
     lines, rows = (np.cos(a), np.sin(a)), (np.cos(e), np.sin(e), solid)
     _fill(lines, rows, da, de, stride, tubes)
-    tubes.sends[:] = antenna.sends(tubes.directions)
-    tubes.hears[:] = tubes.sends if antenna.rx is antenna.tx else antenna.hears(tubes.directions)
+    tubes.sends[:], tubes.hears[:] = antenna.gains(tubes.directions)
     np.multiply(tubes.solid, tubes.sends, out=tubes.weight)
     np.multiply(tubes.weight, tubes.hears, out=tubes.weight)
 
@@ -96,7 +98,7 @@ def _fill(
             tubes.directions[2, at] = high[row]
             tubes.azimuth[at], tubes.elevation[at], tubes.solid[at] = side[column], high[row], angle[row]
             tubes.width[at], tubes.height[at] = da * level[row], de
-            tubes.wide[at] = stride if row % stride == 0 and column % stride == 0 else 0
+            tubes.wide[at], tubes.leads[at] = stride, row % stride == 0 and column % stride == 0
             at += 1
 
 

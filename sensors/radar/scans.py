@@ -14,7 +14,7 @@ from sensors.frame import cartesian, spherical
 from sensors.gmo import ElementFlags
 from sensors.motion.velocities import twists_at
 from sensors.output_frame import custom_frame
-from sensors.raycast.rays import RayBundle, RayMemory
+from sensors.raycast.rays import RayBundle, RayMemory, turn
 from sensors.raycast.shared import cast_world, present_app, surface_materials
 from sensors.raycast.standing import excluded
 from sensors.raycast.windows import RayGrid
@@ -30,8 +30,8 @@ from .materials import Reflections
 from .noise import Noise
 from .planes import planes_of
 from .rays import SHARE, Tubes, fill, finer, windows
+from .setting import Setting
 from .tracing import Tracer
-from .waves import Setting
 
 if TYPE_CHECKING:
     from graph.sim import App
@@ -50,14 +50,12 @@ KEPT_CUBES = 4
 
 @dataclass(slots=True)
 class _Fan:
-    """The rays of a scan, ready to cast: the tubes, with room for finer ones, their angle cells, their table and its
-    columns in the world's axes.
+    """The rays of a scan, ready to cast: the tubes, with room for finer ones; their table and its columns, world axes.
 
     cubes: what they brought back while nothing moved since the state `standing`.
     """
 
     tubes: Tubes
-    angle: np.ndarray
     table: np.ndarray
     columns: np.ndarray
     grid: RayGrid
@@ -71,8 +69,7 @@ class _Fan:
         """Points the rays as the sensor is turned."""
         key = rotation.tobytes()
         if key != self.turned_by:
-            self.columns[:] = rotation @ self.tubes.directions[:, : len(self.angle)]
-            self.table[:, 3:6] = self.columns.T
+            turn(self.tubes.directions[:, : len(self.table)], rotation, self.columns, self.table)
             self.turned_by = key
             self.grid = self.grid.turned(rotation)
             self.memory.forget()
@@ -149,15 +146,15 @@ class Scans:
             memory=fan.memory,
         )
         tracer = Tracer(setting, grid)
-        beams = [tracer.beam(0, bundle, fan.angle, skip=small)]
+        beams = [tracer.beam(0, bundle, skip=small)]
         if owner is not None:
-            first = len(fan.angle)
+            first = len(fan.table)
             close = fan.tubes.part(first, first + len(owner))
-            columns = (rotation @ close.directions).astype(np.float32)
-            table = np.empty((len(owner), 6), np.float32)
-            table[:, 3:6] = columns.T
+            close.angle[:] = grid.angles(close.azimuth, close.elevation)
+            columns, table = np.empty((3, len(owner)), np.float32), np.empty((len(owner), 6), np.float32)
+            turn(close.directions, rotation, columns, table)
             bundle = RayBundle(origin, table, exclude=self._exclude, reach=setting.seen, columns=columns)
-            beams.append(tracer.beam(first, bundle, None, skip=np.zeros_like(small), owner=owner))
+            beams.append(tracer.beam(first, bundle, skip=np.zeros_like(small), owner=owner))
         return merged(grid, tracer.parts(fan.tubes, beams))
 
     def _standing(self, setting: Setting) -> tuple[Any, ...] | None:
@@ -209,9 +206,9 @@ class Scans:
             room = Tubes.room(count + count // SHARE)
             tubes = room.part(0, count)
             fill(tubes, (-limit, limit), scan.elevations, across, self._antenna(scan), stride=STRIDE)
+            tubes.angle[:] = Grid.of(scan, 0).angles(tubes.azimuth, tubes.elevation)
             self._fans[number] = _Fan(
                 room,
-                Grid.of(scan, 0).angles(tubes.azimuth, tubes.elevation)[0],
                 np.zeros((count, 6), np.float32),
                 np.zeros((3, count), np.float32),
                 RayGrid(tubes.directions.T),
@@ -236,7 +233,7 @@ class Scans:
             local[moving] = np.einsum("sij,scj->sci", pose[:, :3, :3], boxes[moving]) + pose[:, None, :3, 3]
         corners = (local - setting.pose[:3, 3]) @ setting.pose[:3, :3]
         found = windows(corners, scan.azimuth_limit, scan.elevations, fan.step, setting.reach)
-        owner = finer(found, fan.tubes, len(fan.angle), setting.antenna)
+        owner = finer(found, fan.tubes, len(fan.table), setting.antenna)
         if owner is not None:
             small[owner] = True
         return owner, small

@@ -5,26 +5,34 @@ is linear, and its integral a product of two sinc functions, so tubes may be man
 field of a tube is gain x reflection x solid angle x (way in / way back) x exp(-j k way), near and far (Ling, Chou and
 Lee, "Shooting and bouncing rays", IEEE Trans. AP-37 (1989) 194-205).
 
-A rough face scatters part of the power by Lambert's law, which adds up as powers.
+A rough face scatters part of the power by Lambert's law, which adds up as powers: its cross section is 4 x share x area
+x cosine in x cosine back.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from dataclasses import dataclass, fields
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from sensors.compiled import compiled
+from sensors.compiled import inlined
 
+from .bins import Bins, angle_cell, put
+from .grouping import Sums
+from .images import Images
 from .rays import Tubes
-from .waves import Met, Setting
+from .setting import Space
+from .waves import Touch, Wave, dot, row_of
 
 MIRROR = 0.7
 """Least cosine between a face's normal and the middle of the ways in and back: physical optics is good to about 40 deg
 from the mirror reflection, and what it gives beyond is far below the lobe."""
+
+WIDEST = 6.0
+"""Turns of phase over a tube up to which it counts for a flat face: inside a face wider ones cancel to nothing, and an
+edge they cannot resolve."""
 
 OWN = np.uint64(1 << 60)
 """Added to the keys of single hits, which are like no other."""
@@ -32,13 +40,12 @@ OWN = np.uint64(1 << 60)
 
 @dataclass(slots=True)
 class Arrivals:
-    """Single contributions to what is received, k of them.
+    """Single contributions to what is received, k of them, which add up in groups before they do in cells.
 
     range_m: half the way [m]. velocity: half its rate [m/s], positive where it grows. azimuth, height: sines of azimuth
-    and elevation that it arrives from. power: (k,) [W]. field: (k,) complex [sqrt(W)], where they add up as fields;
-    zone: (k,) angles that the first Fresnel zone takes up then [rad]. group: (k,) uint64, equal for fields that add up,
-    and for the powers of one curved surface. angle: (k,) int64, the angle cells, if they are known (`Grid.angles`).
-    bounces: faces on the way.
+    and elevation that it arrives from. power: (k,) [W]. group: (k,) uint64, equal for fields that add up, and for the
+    powers of one curved surface. field: (k,) complex [sqrt(W)], where they add up as fields; zone: (k,) angles that the
+    first Fresnel zone takes up then [rad].
     """
 
     range_m: np.ndarray
@@ -46,21 +53,13 @@ class Arrivals:
     azimuth: np.ndarray
     height: np.ndarray
     power: np.ndarray
+    group: np.ndarray
     field: np.ndarray | None = None
-    group: np.ndarray | None = None
     zone: np.ndarray | None = None
-    angle: np.ndarray | None = None
-    bounces: int = 1
 
     def __post_init__(self) -> None:
         for name in ("range_m", "velocity", "azimuth", "height", "power"):
             setattr(self, name, np.ascontiguousarray(getattr(self, name), np.float32))
-
-    @classmethod
-    def of(cls, columns: Iterable[np.ndarray], bounces: int) -> Arrivals:
-        """Of columns (k,): range, velocity, sines and power."""
-        range_m, velocity, azimuth, height, power = columns
-        return cls(range_m, velocity, azimuth, height, power, bounces=bounces)
 
     @property
     def values(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -69,265 +68,131 @@ class Arrivals:
 
     @classmethod
     def together(cls, parts: list[Arrivals]) -> Arrivals:
-        """Several of the same bounce and kind as one."""
+        """Several of one kind as one."""
         if len(parts) == 1:
             return parts[0]
         names = [one.name for one in fields(cls) if isinstance(getattr(parts[0], one.name), np.ndarray)]
         columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
-        return cls(**columns, bounces=parts[0].bounces)
+        return cls(**columns)
 
 
-@dataclass(slots=True)
-class Facing:
-    """Faces ahead that send something straight back if nothing is in between: m rows of `Met`.
+class Fields(NamedTuple):
+    """What flat faces send straight back, one field for each tube; room for n.
 
-    mirrors: (m,) bool, those that are flat and near a mirror reflection. out: (m,) [m] from the radar, rays: (m, 6)
-    float32, there; back: (m, 3) float32, the same in the sensor's axes.
+    values: (4, n) float32, half the way [m] and half its rate [m/s], sines of azimuth and elevation. zone: (n,) float32
+    [rad] and group: (n,) uint64, as in `Arrivals`. field: (n,) complex64, amplitudes [sqrt(W)]; turns: (3, n) float32,
+    their phases and half the turns of phase across and up the tubes [rad].
     """
 
-    row: np.ndarray
-    mirrors: np.ndarray
-    out: np.ndarray
-    rays: np.ndarray
-    back: np.ndarray
+    values: np.ndarray
+    zone: np.ndarray
+    group: np.ndarray
+    field: np.ndarray
+    turns: np.ndarray
 
-    def at(self, seen: np.ndarray) -> Facing:
-        """Some of them; seen: (m,) bool."""
-        rows = np.flatnonzero(seen)
-        return Facing(*(getattr(self, each.name).take(rows, axis=0) for each in fields(self)))
+    @classmethod
+    def room(cls, count: int) -> Fields:
+        """For so many tubes."""
+        values, turns, zone = (np.empty((*rows, count), np.float32) for rows in ((4,), (3,), ()))
+        return cls(values, zone, np.empty(count, np.uint64), np.empty(count, np.complex64), turns)
 
-
-def facing(setting: Setting, met: Met) -> Facing:
-    """Those that are lit from the radar's side, ahead of it and within reach."""
-    count = len(met)
-    found = (
-        *(np.empty(count, np.int64), np.empty(count, bool), np.empty(count)),
-        *(np.empty((count, 6), np.float32), np.empty((count, 3), np.float32)),
-    )
-    tables = met.faces.planes, setting.faces.curved, setting.reflections.tables.diffuse, setting.rotation
-    count = _facing(met.waves.each, met.each, *tables, 2.0 * setting.seen, *found)
-    return Facing(*(each[:count] for each in found))
+    def first(self, count: int) -> Fields:
+        """So many of them."""
+        return Fields(*(each[..., :count] for each in self))
 
 
-def again(setting: Setting, tubes: Tubes, met: Met) -> Arrivals:
-    """What rough faces, met after others, send back along the way on which the wave came."""
-    found = np.empty((5, len(met)), np.float32)
-    own = tubes.weight, tubes.azimuth, tubes.elevation
-    received, diffuse = 4.0 * setting.antenna.receives, setting.reflections.tables.diffuse
-    count = _again(met.waves.each, met.each, diffuse, *own, received, setting.seen, found)
-    return Arrivals.of(found[:, :count], met.waves.bounce)
-
-
-def rough(setting: Setting, tubes: Tubes, met: Met, seen: Facing) -> Arrivals:
-    """What some rough faces, met after others, send straight back: by the two ways in both orders."""
-    antenna, back = setting.antenna, seen.back.T
-    gains, found = (antenna.sends(back), antenna.hears(back)), np.empty((5, 2 * len(seen.row)), np.float32)
-    own = tubes.solid, tubes.sends, tubes.hears, tubes.azimuth, tubes.elevation
-    received, diffuse = 4.0 * antenna.receives, setting.reflections.tables.diffuse
-    count = _rough(met.waves.each, met.each, seen.row, diffuse, *own, *gains, received, found)
-    return Arrivals.of(found[:, :count], met.waves.bounce)
-
-
-def flat(setting: Setting, tubes: Tubes, met: Met, rows: np.ndarray, back: np.ndarray | None = None) -> Arrivals:
-    """What some flat faces send straight back: each tube's field; back: (m, 3), the ways, None: those of the tubes.
-
-    The way is worked out in float64, down to a fraction of a wave; amplitudes and phases then are float32.
-    """
-    antenna, images, count = setting.antenna, met.waves.images, len(rows)
-    hears = tubes.hears if back is None else antenna.hears(back.T)
-    found, zone = np.empty((5, count), np.float32), np.empty(count, np.float32)
-    turns, field, group = np.empty((3, count), np.float32), np.empty(count, np.complex64), np.empty(count, np.uint64)
-    _flat(
-        *(met.waves.image, met.waves.each, met.each, rows, met.faces.normal, setting.keys, images.key, images.turn),
-        *(tubes.azimuth, tubes.elevation, tubes.width, tubes.height, tubes.solid, tubes.sends),
-        *(hears, back is None, setting.reflections.tables.amplitude),
-        *(antenna.wavelength, math.sqrt(antenna.power) / (4.0 * math.pi)),
-        *(found, zone, group, turns, field),
-    )
-    phase, *across = turns
+def arrived(found: Fields) -> Arrivals:
+    """Fields of tubes with their phases."""
+    phase, *across = found.turns
+    field, wave = found.field, np.empty_like(found.field)
     for angle in across:  # sin(x) / x, and 1 for 0
         angle += np.float32(1e-20)
         field *= np.sin(angle) / angle
-    wave = np.empty_like(field)
     np.cos(phase, out=wave.real)
     np.sin(phase, out=wave.imag)
     field *= wave
-    found[4] = field.real**2 + field.imag**2
-    return replace(Arrivals.of(found, met.waves.bounce), field=field, group=group, zone=zone)
+    range_m, velocity, azimuth, height = found.values
+    power = field.real**2 + field.imag**2
+    return Arrivals(range_m, velocity, azimuth, height, power, found.group, field, found.zone)
 
 
-@compiled
-def _azimuth(back: Any) -> Any:
+@inlined
+def strength(field: Any) -> Any:
+    """The power of a field."""
+    return field.real**2 + field.imag**2
+
+
+@inlined
+def azimuth_of(back: Any) -> Any:
     """Sine of the azimuth of a direction in the sensor's axes."""
     return back[1] / max(math.sqrt(back[0] ** 2 + back[1] ** 2), 1e-12)
 
 
-@compiled
-def _power(field: Any) -> Any:
-    return field.real**2 + field.imag**2
+@inlined
+def scatter_again(space: Space, tubes: Tubes, wave: Wave, touch: Touch, bins: Bins, sums: Sums) -> None:
+    """Adds what a rough face, met after others, sends back along the way on which the wave came."""
+    share = space.tables.diffuse[touch.table]
+    if share > 0 and touch.way < space.seen:
+        row = wave.row
+        power = share * tubes.weight[row] * wave.wide**2 * space.received * touch.cosine
+        power *= (strength(wave.field) / touch.way) ** 2
+        put(bins, sums, touch.way, touch.coming, tubes.azimuth[row], tubes.elevation[row], tubes.angle[row], power)
 
 
-@compiled
-def _inner(one: Any, two: Any) -> Any:
-    return one[0] * two[0] + one[1] * two[1] + one[2] * two[2]
-
-
-@compiled
-def _facing(
-    waves: np.ndarray,
-    met: np.ndarray,
-    planes: int,
-    curved: np.ndarray,
-    diffuse: np.ndarray,
-    rotation: np.ndarray,
-    longest: float,
-    rows: np.ndarray,
-    mirrors: np.ndarray,
-    out: np.ndarray,
-    rays: np.ndarray,
-    back: np.ndarray,
-) -> int:
-    """Writes the arrays of `Facing`, and counts them; longest: way there and back [m]."""
-    count = 0
-    for row in range(len(met)):
-        one = met[row]
-        if one.rise * one.slope <= 0 or one.back[0] <= 0 or one.way + one.out >= longest:
-            continue
-        middle = math.sqrt(max(2.0 + 2.0 * _inner(waves[one.wave].direction, one.back), 0.0))
-        mirror = abs(one.slope) + abs(one.rise) > MIRROR * middle
-        bent = one.face < planes and curved[one.face]
-        if mirror or bent or diffuse[one.table] > 0:
-            rows[count], mirrors[count], out[count] = row, mirror and not bent, one.out
-            for axis in range(3):
-                toward = rotation[axis, 0], rotation[axis, 1], rotation[axis, 2]
-                rays[count, 3 + axis], back[count, axis] = _inner(toward, one.back), one.back[axis]
-            count += 1
-    return count
-
-
-@compiled
-def _again(
-    waves: np.ndarray,
-    met: np.ndarray,
-    diffuse: np.ndarray,
-    weight: np.ndarray,
-    azimuth: np.ndarray,
-    elevation: np.ndarray,
-    received: float,
-    seen: float,
-    found: np.ndarray,
-) -> int:
-    """Writes into `found` (5, k), and counts, what Lambert's law sends back on the way in.
-
-    Cross section 4 x share x area x cosine squared.
-    """
-    count = 0
-    for at in range(len(met)):
-        one = met[at]
-        if diffuse[one.table] > 0 and one.way < seen:
-            wave = waves[one.wave]
-            power = diffuse[one.table] * weight[wave.row] * wave.wide**2 * received * one.cosine
-            power *= (_power(wave.field) / one.way) ** 2
-            found[0, count], found[1, count], found[4, count] = one.way, one.coming, power
-            found[2, count], found[3, count] = azimuth[wave.row], elevation[wave.row]
-            count += 1
-    return count
-
-
-@compiled
-def _rough(
-    waves: np.ndarray,
-    met: np.ndarray,
-    rows: np.ndarray,
-    diffuse: np.ndarray,
-    solid: np.ndarray,
-    sends: np.ndarray,
-    hears: np.ndarray,
-    azimuth: np.ndarray,
-    elevation: np.ndarray,
-    back_sends: np.ndarray,
-    back_hears: np.ndarray,
-    received: float,
-    found: np.ndarray,
-) -> int:
-    """Writes into `found` (5, 2 k), and counts, what Lambert's law sends straight back, and in the other order.
-
-    Cross section 4 x share x area x cosines in and back.
-    """
-    count = 0
-    for at in range(len(rows)):
-        one = met[rows[at]]
-        if diffuse[one.table] > 0:
-            wave = waves[one.wave]
-            power = diffuse[one.table] * solid[wave.row] * wave.wide**2 * received
-            power *= _power(wave.field) * abs(one.rise) / one.out**2
-            for end in (count, count + 1):
-                found[0, end], found[1, end] = (one.way + one.out) / 2, (one.coming + one.going) / 2
-            found[2, count], found[3, count] = _azimuth(one.back), one.back[2]
-            found[4, count] = power * sends[wave.row] * back_hears[at]
-            found[2, count + 1], found[3, count + 1] = azimuth[wave.row], elevation[wave.row]
-            found[4, count + 1] = power * hears[wave.row] * back_sends[at]
-            count += 2
-    return count
-
-
-@compiled
-def _flat(
-    images: np.ndarray,
-    waves: np.ndarray,
-    met: np.ndarray,
-    rows: np.ndarray,
-    normals: np.ndarray,
-    face_keys: np.ndarray,
-    image_keys: np.ndarray,
-    turn: np.ndarray,
-    azimuth: np.ndarray,
-    elevation: np.ndarray,
-    width: np.ndarray,
-    height: np.ndarray,
-    solid: np.ndarray,
-    sends: np.ndarray,
-    hears: np.ndarray,
-    of_tubes: bool,
-    amplitude: np.ndarray,
-    wavelength: float,
-    scale: float,
-    found: np.ndarray,
-    zone: np.ndarray,
-    group: np.ndarray,
-    turns: np.ndarray,
-    field: np.ndarray,
+@inlined
+def scatter_back(
+    space: Space, tubes: Tubes, wave: Wave, touch: Touch, sends: Any, hears: Any, bins: Bins, sums: Sums
 ) -> None:
-    """Writes range, rate and sines of the angles into `found` (5, k), the sizes of Fresnel zones, keys of the faces on
-    the way, whatever their order, amplitudes of fields, and into `turns` (3, k) [rad] their phases and half the turns
-    of phase across and up the tubes.
+    """Adds what a rough face, met after others, sends straight back, and what takes the same way in the other order.
 
-    hears: gains, of the tubes, or else of the ways back.
+    sends, hears: gains of the way straight back.
     """
-    for at in range(len(rows)):
-        one = met[rows[at]]
-        wave = waves[one.wave]
-        image, row, way, back = images[one.wave], wave.row, one.way + one.out, one.back
-        found[0, at], found[1, at], found[2, at], found[3, at] = (
-            way / 2,
-            (one.coming + one.going) / 2,
-            _azimuth(back),
-            back[2],
-        )
-        zone[at] = math.sqrt(wavelength / way)
-        known = one.face < len(face_keys) - 1
-        group[at] = image_keys[image] + (face_keys[one.face] if known else np.uint64(row) + OWN)
-        gain = math.sqrt(sends[row] * hears[row if of_tubes else at]) * one.way / one.out
-        field[at] = amplitude[one.table] * wave.field * np.float32(scale * solid[row] * wave.wide**2 * gain)
-        turns[0, at] = 2.0 * math.pi * (np.rint(way / wavelength) - way / wavelength)
-        along = one.way * (1.0 + _inner(wave.direction, back)) / (-one.slope * wavelength)
-        x = y = z = 0.0
-        for axis in range(3):  # how many waves more on the way, per radian, as mirrors show it
-            more = normals[one.face, axis] * along + back[axis] * one.way / wavelength
-            x += turn[image, axis, 0] * more
-            y += turn[image, axis, 1] * more
-            z += turn[image, axis, 2] * more
-        side, high = azimuth[row], elevation[row]
-        ahead, level = math.sqrt(1.0 - side * side), math.sqrt(1.0 - high * high)
-        turns[1, at] = math.pi * (ahead * y - side * x) * wave.wide * width[row]
-        turns[2, at] = math.pi * (level * z - high * (ahead * x + side * y)) * wave.wide * height[row]
+    share = space.tables.diffuse[touch.table]
+    if share > 0:
+        row, way, rate = wave.row, (touch.way + touch.out) / 2, (touch.coming + touch.going) / 2
+        power = share * tubes.solid[row] * wave.wide**2 * space.received
+        power *= strength(wave.field) * abs(touch.rise) / touch.out**2
+        side, level = azimuth_of(touch.back), touch.back[2]
+        angle, _, _ = angle_cell(bins, side, level)
+        put(bins, sums, way, rate, side, level, angle, power * (tubes.sends[row] * hears))
+        power *= tubes.hears[row] * sends
+        put(bins, sums, way, rate, tubes.azimuth[row], tubes.elevation[row], tubes.angle[row], power)
+
+
+@inlined
+def reflect_back(
+    space: Space, images: Images, tubes: Tubes, wave: Wave, touch: Touch, hears: Any, found: Fields, at: Any
+) -> bool:
+    """Whether the field that a flat face sends straight back counts, of one tube, and writes it; hears: gain of the way
+    back. The key is that of the faces on the way, whatever their order.
+    """
+    back, image, row, way = touch.back, wave.image, wave.row, touch.way + touch.out
+    waves, there, normal = 1.0 / space.wavelength, touch.way / space.wavelength, row_of(space.faces.normal, touch.face)
+    along = there * (1.0 + dot(wave.direction, back)) / -touch.slope
+    more = (  # how many waves more on the way, per radian, as mirrors show it
+        normal[0] * along + back[0] * there,
+        normal[1] * along + back[1] * there,
+        normal[2] * along + back[2] * there,
+    )
+    x = y = z = 0.0
+    for axis in range(3):
+        x += images.turn[image, axis, 0] * more[axis]
+        y += images.turn[image, axis, 1] * more[axis]
+        z += images.turn[image, axis, 2] * more[axis]
+    side, high = tubes.azimuth[row], tubes.elevation[row]
+    ahead, level = math.sqrt(1.0 - side * side), math.sqrt(1.0 - high * high)
+    across = (ahead * y - side * x) * wave.wide * tubes.width[row]
+    up = (level * z - high * (ahead * x + side * y)) * wave.wide * tubes.height[row]
+    if max(abs(across), abs(up)) > WIDEST:
+        return False
+    found.turns[1, at], found.turns[2, at] = math.pi * across, math.pi * up
+    found.turns[0, at] = 2.0 * math.pi * (np.rint(way * waves) - way * waves)
+    found.values[0, at], found.values[1, at] = way / 2, (touch.coming + touch.going) / 2
+    found.values[2, at], found.values[3, at] = azimuth_of(back), back[2]
+    found.zone[at] = math.sqrt(space.wavelength / way)
+    known = touch.face < space.faces.planes
+    found.group[at] = images.key[image] + (space.keys[touch.face] if known else np.uint64(row) + OWN)
+    gain = math.sqrt(tubes.sends[row] * hears) * touch.way / touch.out
+    amplitude = np.float32(space.scale * tubes.solid[row] * wave.wide**2 * gain)
+    found.field[at] = space.tables.amplitude[touch.table] * wave.field * amplitude
+    return True

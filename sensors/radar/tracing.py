@@ -1,7 +1,7 @@
 """Tubes followed from face to face, block by block.
 
-Threads share the blocks of what tubes meet first: compiled loops, which need the interpreter's lock only in between.
-Later blocks are few. The order of blocks is that of the tubes, so bytes do not depend on threads.
+Threads share the blocks: compiled loops, which need the interpreter's lock only in between. The order of blocks is that
+of the tubes, so bytes do not depend on threads.
 """
 
 from __future__ import annotations
@@ -17,15 +17,21 @@ import numpy as np
 
 from sensors.raycast.rays import Hits, RayBundle
 
+from .again import Again, AgainRoom, again, in_sight, straight_back
 from .cube import Grid, Part, summed
 from .glints import curved, curved_again
-from .lit import LEADS, MIRRORS, Beam, lit
+from .grouping import Sums
+from .lit import Beam, Lit, LitRoom, lit
 from .rays import Tubes
-from .scattering import Arrivals, again, facing, flat, rough
-from .waves import Met, Sent, Setting, Waves, in_sight, meet, next_waves, reflected
+from .scattering import Arrivals
+from .setting import Setting
+from .waves import Sent, Waves, next_waves
 
 BLOCK = 100_000
 """Tubes that are worked on at once."""
+
+LATER = 32_768
+"""Waves after a reflection that are worked on at once."""
 
 
 @cache
@@ -35,14 +41,18 @@ def _threads(process: int, count: int) -> ThreadPoolExecutor:
 
 
 @dataclass(slots=True)
-class _Block:
-    """What became of some tubes at one face: parts of the cube, fields, powers of curved surfaces, what is sent on."""
+class _Brought:
+    """What tubes bring back after as many faces: powers in cells, fields, and powers of curved surfaces."""
 
-    met: Met
-    parts: list[Part] = field(default_factory=list)
+    bounces: int
+    scattered: list[Sums] = field(default_factory=list)
     fields: list[Arrivals] = field(default_factory=list)
     glints: list[Arrivals] = field(default_factory=list)
-    sent: Sent | None = None
+
+    def part(self, grid: Grid) -> Part:
+        """Its part of the cube."""
+        grouped = [Arrivals.together(kind) for kind in (self.fields, self.glints) if kind]
+        return summed(grid, self.scattered, grouped, self.bounces)
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,40 +62,66 @@ class Tracer:
     setting: Setting
     grid: Grid
 
-    def beam(
-        self,
-        first: int,
-        bundle: RayBundle,
-        angle: np.ndarray | None,
-        *,
-        skip: np.ndarray,
-        owner: np.ndarray | None = None,
-    ) -> Beam:
-        """Casts the rays of a bundle, those of the tubes from `first` on; angle: their angle cells (`Grid.angles`).
+    def beam(self, first: int, bundle: RayBundle, *, skip: np.ndarray, owner: np.ndarray | None = None) -> Beam:
+        """Casts the rays of a bundle, those of the tubes from `first` on.
 
         skip: (s + 1,) bool, surfaces that they do not meet first; owner: (n,), of each ray the only one it meets.
         """
-        return Beam(first, bundle, angle, skip, owner, self.setting.cast(bundle))
+        return Beam(first, skip, owner, self.setting.cast(bundle))
 
     def parts(self, tubes: Tubes, beams: list[Beam]) -> list[Part]:
         """The parts of the cube that tubes bring."""
-        setting = self.setting
-        pieces = [piece for beam in beams for piece in beam.blocks(BLOCK, setting.seen)]
-        blocks = list(self._map(lambda piece: self._first(tubes, *piece), pieces))
-        found: list[Part] = []
-        grouped: list[Arrivals] = []
-        while blocks:
-            found += [part for block in blocks for part in block.parts]
-            kinds = ([one for block in blocks for one in getattr(block, kind)] for kind in ("fields", "glints"))
-            grouped += [Arrivals.together(kind) for kind in kinds if kind]
-            sent = [block.sent for block in blocks if block.sent is not None]
-            if not any(len(one.waves) for one in sent):
-                break
-            waves, hits, row = next_waves(setting, blocks[0].met.waves, sent)
-            rows = [row[start : start + BLOCK] for start in range(0, len(row), BLOCK)]
-            blocks = [self._next(tubes, waves, hits, some) for some in rows]
-            self._straight_back(tubes, blocks)
-        return [*found, *(summed(self.grid, each) for each in grouped)]
+        brought, waves, sent = self._first(tubes, beams)
+        found = [brought]
+        while any(len(one.waves) for one in sent):
+            waves, hits = next_waves(self.setting, waves, sent)
+            brought, sent = self._next(tubes, waves, hits)
+            found.append(brought)
+        return list(self._map(lambda one: one.part(self.grid), found))
+
+    def _first(self, tubes: Tubes, beams: list[Beam]) -> tuple[_Brought, Waves, list[Sent]]:
+        """What comes back of the faces that tubes meet first, and what these send on."""
+        setting, bins = self.setting, self.grid.bins
+
+        def work(beam: Beam, part: slice, room: LitRoom) -> tuple[Lit, list[Arrivals]]:
+            seen = lit(setting, bins, tubes, beam, part, room)
+            return seen, curved(setting, tubes, seen.curved)
+
+        blocks = [block for beam in beams for block in beam.blocks(BLOCK)]
+        rooms = [LitRoom.of(setting, tubes.leads[beam.first :][part]) for beam, part in blocks]
+        brought, sent = _Brought(1), []
+        for seen, glints in self._map(work, *zip(*blocks, strict=True), rooms):
+            brought.scattered.append(seen.scattered)
+            brought.fields.append(seen.fields)
+            brought.glints += glints
+            sent.append(seen.sent)
+        return brought, Waves.none(), sent
+
+    def _next(self, tubes: Tubes, waves: Waves, hits: Hits) -> tuple[_Brought, list[Sent]]:
+        """What comes back of the faces that waves meet after a reflection, and what these send on."""
+        setting, bins, count = self.setting, self.grid.bins, len(waves.each)
+
+        def meet(part: slice, room: AgainRoom) -> tuple[Again, list[Arrivals]]:
+            block = again(setting, tubes, waves, hits, part, bins, room)
+            return block, curved_again(setting, tubes, block.curved)
+
+        def see(block: Again, seen: np.ndarray) -> tuple[Sums, Arrivals, list[Arrivals]]:
+            bent = block.facing.curved[seen]
+            glints = curved(setting, tubes, block.curved.at(bent[bent >= 0]))
+            return *straight_back(setting, tubes, waves, block.curved, block.facing, seen, bins), glints
+
+        parts = [slice(start, min(start + LATER, count)) for start in range(0, count, LATER)]
+        rooms = [AgainRoom.of(setting, waves.bounce, part.stop - part.start) for part in parts]
+        brought, blocks = _Brought(waves.bounce), []
+        for block, glints in self._map(meet, parts, rooms):
+            brought.scattered.append(block.scattered)
+            brought.glints += glints
+            blocks.append(block)
+        for scattered, fields, glints in self._map(see, blocks, in_sight(setting, [one.facing for one in blocks])):
+            brought.scattered.append(scattered)
+            brought.fields.append(fields)
+            brought.glints += glints
+        return brought, [block.sent for block in blocks]
 
     @property
     def _map(self) -> Callable[..., Iterator[Any]]:
@@ -93,48 +129,3 @@ class Tracer:
         setting = self.setting
         threads = 1 if setting.deforms else setting.world.threads or os.cpu_count() or 1
         return map if threads == 1 else _threads(os.getpid(), threads).map
-
-    def _first(self, tubes: Tubes, beam: Beam, part: slice) -> _Block:
-        """What tubes of a beam bring back from the faces that they meet first, and send on."""
-        setting, seen = self.setting, lit(self.setting, tubes, beam, part)
-        met = meet(setting, seen.waves, np.arange(len(seen.hit)), beam.hits, seen.hit, seen.plane)
-        kind = seen.kind.take(met.each["wave"])
-        block = _Block(met, self._summed(seen.scattered))
-        if setting.bounces > 1:
-            block.sent = reflected(setting, tubes, met, np.flatnonzero(kind & LEADS))
-        mirrors = np.flatnonzero(kind & MIRRORS)
-        if len(mirrors):
-            block.fields.append(flat(setting, tubes, met, mirrors))
-        if setting.planes.any_curved:
-            block.glints += curved(setting, tubes, met)
-        return block
-
-    def _next(self, tubes: Tubes, waves: Waves, hits: Hits, row: np.ndarray) -> _Block:
-        """What waves that faces have sent on bring back on the way they came, and send on."""
-        setting = self.setting
-        met = meet(setting, waves, row, hits, row, setting.planes.of_hits(hits, row))
-        block = _Block(met, self._summed(again(setting, tubes, met)))
-        if setting.planes.any_curved:
-            block.glints += curved_again(setting, tubes, met)
-        if waves.bounce < setting.bounces:
-            block.sent = reflected(setting, tubes, met, np.arange(len(met)))
-        return block
-
-    def _straight_back(self, tubes: Tubes, blocks: list[_Block]) -> None:
-        """Adds what comes straight back, of what the radar sees."""
-        setting = self.setting
-        for block in blocks:
-            met = block.met
-            ahead = facing(setting, met)
-            if not len(ahead.row):
-                continue
-            seen = ahead.at(in_sight(setting, ahead.out, ahead.rays))
-            block.parts += self._summed(rough(setting, tubes, met, seen))
-            if setting.planes.any_curved:
-                block.glints += curved(setting, tubes, met.at(seen.row))
-            seen = seen.at(seen.mirrors)
-            if len(seen.row):
-                block.fields.append(flat(setting, tubes, met, seen.row, seen.back))
-
-    def _summed(self, found: Arrivals) -> list[Part]:
-        return [summed(self.grid, found)] if len(found.power) else []

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from graph.cli.silent_outputs import warn_of_blind_sensors
+from sensors.radar.bins import angle_cell
 from sensors.radar.config import ScanConfig
 from sensors.radar.cube import Grid
 from tests.support.radar_scenes import WPM, dbsm, plate, radar_world, received, trihedral
@@ -53,13 +54,12 @@ def test_points_are_given_in_the_frame_that_is_asked_for(attributes, expected):
 
 def test_angles_beyond_the_field_of_view_fold_only_where_they_are_to():
     """At +-30 deg sines beyond 0.5 come in again at -0.5, 86 cells of sin 1.3 deg or so later."""
-    sines = np.array([0.6]), np.array([0.0])
-    scan = ScanConfig(max_az_ang_deg=30.0)
-    assert Grid.of(scan, 0).angles(*sines)[0].tolist() == [-1]
+    once = Grid.of(ScanConfig(max_az_ang_deg=30.0), 0)
+    assert angle_cell(once.bins, 0.6, 0.0)[0] == -1
     grid = Grid.of(ScanConfig(max_az_ang_deg=30.0, en_ang_aliasing=True), 0)
-    cell, azimuth, _ = grid.angles(*sines)
-    assert cell[0] >= 0
-    assert azimuth[0] == pytest.approx(0.6 - (grid.azimuth.high - grid.azimuth.low))
+    cell, azimuth, _ = angle_cell(grid.bins, 0.6, 0.0)
+    assert cell == grid.angles(np.array([azimuth]), np.array([0.0]))[0] >= 0
+    assert azimuth == pytest.approx(0.6 - (grid.azimuth.high - grid.azimuth.low))
 
 
 @pytest.mark.parametrize(("rays", "said"), [(20, "has 0.15 rays per degree by radar.rays=20"), (None, "not excluded?")])

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from sensors.radar.bins import place
 from sensors.radar.cube import Cube, as_chirps_give
 from sensors.radar.detector import range_velocity
 from tests.support.radar_scenes import SCAN, WPM, plate, radar_world
@@ -11,8 +12,8 @@ from tests.support.radar_scenes import SCAN, WPM, plate, radar_world
 def one_return(grid_of, range_m, velocity):
     grid = grid_of
     values = np.array([[range_m], [velocity], [0.0], [0.0]])
-    cell, *values[:2] = grid.place(*values[:2], grid.angles(*values[2:])[0])
-    return Cube(grid, cell, np.array([1.0]), values, np.ones(1, np.uint8))
+    cell, *values[:2, 0] = place(grid.bins, *values[:2, 0], grid.angles(*values[2:])[0])
+    return Cube(grid, np.array([cell]), np.array([1.0]), values, np.ones(1, np.uint8))
 
 
 @pytest.fixture
