@@ -7,6 +7,7 @@ from functools import cache, partial
 from typing import TYPE_CHECKING, Any
 
 from graph.node import Attribute, Database, node_type
+from graph.sim.settings import BOXES_IN_WORLD
 from nodes.isaac.clocks import stamp_ns
 
 from .messages import header
@@ -79,6 +80,7 @@ def publish_boxes_3d(db: Database) -> bool:
         db.app.meters_per_unit,
         nanoseconds,
         db.inputs.frameId,
+        at_origins=bool(db.app.settings.get(BOXES_IN_WORLD)),
     )
     db.app.bus.publish(topic, DETECTIONS_3D, message, nanoseconds)
     return True
@@ -104,18 +106,21 @@ def detections_3d(
     unit: float,
     nanoseconds: int,
     frame_id: str,
+    *,
+    at_origins: bool = False,
 ) -> Any:
     """`vision_msgs/Detection3DArray` of boxes by semantic id.
 
     poses: (n, 4, 4) prim to the frame of the message; low, high: (n, 3) corners in the prim's axes; lengths are in
-    stage units of `unit` m.
+    stage units of `unit` m. at_origins: the origins of the prims stand for the centres of the boxes, as in Isaac Sim.
     """
     import numpy as np
 
     from graph.sim.transforms import quaternions, rotations_and_scales, to_xyzw
 
     rotations, scales = rotations_and_scales(poses)
-    middles = (poses[:, :3, :3] @ ((low + high) / 2)[:, :, None])[:, :, 0] + poses[:, :3, 3]
+    middle = np.zeros_like(low) if at_origins else (low + high) / 2
+    middles = (poses[:, :3, :3] @ middle[:, :, None])[:, :, 0] + poses[:, :3, 3]
     middles, sizes = middles * unit, (high - low) * np.abs(scales) * unit
     turns = to_xyzw(quaternions(rotations))
     head = header(nanoseconds, frame_id)

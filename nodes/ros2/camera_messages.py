@@ -98,7 +98,9 @@ def _flat_boxes(reading: Reading) -> Any:
 
 
 def _solid_boxes(reading: Reading) -> Any:
-    """Poses in the camera's optical frame, which the header names; in the world if the setting chooses it."""
+    """Poses in the camera's optical frame, which the header names; if the setting chooses it, in the world, with the
+    origins of prims for the centres of their boxes.
+    """
     import numpy as np
 
     from graph.sim.transforms import inverse_rigid
@@ -115,7 +117,8 @@ def _solid_boxes(reading: Reading) -> Any:
         np.stack([rows[f"{axis}_{end}"] for axis in "xyz"], axis=1).astype(np.float64) for end in ("min", "max")
     )
     numbers = rows["semanticId"].tolist()
-    return detections_3d(numbers, poses, low, high, unit, reading.nanoseconds, reading.frame_id)
+    where = reading.nanoseconds, reading.frame_id
+    return detections_3d(numbers, poses, low, high, unit, *where, at_origins=reading.boxes_in_world)
 
 
 MESSAGES: Mapping[str, CameraMessage] = {

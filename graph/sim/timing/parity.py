@@ -95,7 +95,8 @@ DIFFERENCES: tuple[Difference, ...] = (
     Difference(
         keys.BOXES_IN_WORLD,
         True,
-        "a camera helper's 3D boxes are in the camera's optical frame, which their header names, or in the world",
+        "a camera helper's 3D boxes are in the camera's optical frame, which their header names, or in the world, with "
+        "the origins of prims for the centres of their boxes",
     ),
     Difference(
         keys.INFO_SQUARE_PIXELS,

@@ -147,6 +147,24 @@ def test_boxes_in_space_are_in_the_optical_frame_unless_a_setting_says_world(app
     assert (size.x, size.y, size.z) == pytest.approx((1, 1, 1), abs=1e-6)
 
 
+@pytest.mark.parametrize(("in_world", "centre"), [(False, (0.5, 0, 4)), (True, (4, 0, 1))])
+def test_a_box_is_centred_on_its_mesh_or_as_the_product_does_on_its_prim(app, in_world, centre):
+    """A prim at the box's place whose mesh reaches from y = -1 to 0: its middle is 0.5 m to the right."""
+    app.stage.RemovePrim("/World/Box")
+    mesh = UsdGeom.Mesh.Define(app.stage, "/World/Side")
+    mesh.CreatePointsAttr([(0, 0, -0.5), (0, -1, -0.5), (0, -1, 0.5), (0, 0, 0.5)])
+    mesh.CreateFaceVertexCountsAttr([4])
+    mesh.CreateFaceVertexIndicesAttr([0, 1, 2, 3])
+    mesh.AddTranslateOp().Set((4, 0, 1))
+    mesh.GetPrim().AddAppliedSchema("SemanticsLabelsAPI:class")
+    mesh.GetPrim().GetAttribute("semantics:labels:class").Set(["side"])
+    app.settings.set("/tickgraph/cameraBoxesInWorld", in_world)
+    helper(app, "bbox_3d", topicName="boxes")
+    [detection] = messages(app, "/boxes")[0].detections
+    position = detection.bbox.center.position
+    assert (position.x, position.y, position.z) == pytest.approx(centre, abs=1e-6)
+
+
 def test_without_a_subscriber_nothing_is_computed(stage, app):
     with App(stage) as silent:
         helper(silent)
