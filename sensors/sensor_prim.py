@@ -254,16 +254,19 @@ def one_path(path: Any, word: str) -> str:
 
     Raises SensorValueError for anything else.
     """
-    from graph.sim.usd import Sdf
-
     if isinstance(path, list | tuple):
         if len(path) != 1:
             raise SensorValueError(f"{len(path)} paths are given; a {word} is exactly one prim")
         path = path[0]
+    return _path_text(path)
+
+
+def _path_text(path: Any) -> str:
+    from graph.sim.usd import Sdf
+
     if not isinstance(path, str | Sdf.Path):
-        raise SensorValueError(
-            f"a prim path is text such as /World/{word.split()[0].capitalize()}, not {type(path).__name__}"
-        )
+        told = repr(path) if isinstance(path, int | float | None) else f"a {type(path).__name__}"
+        raise SensorValueError(f"{told} is not the path of a prim, such as /World/Sensor")
     return str(path)
 
 
@@ -275,13 +278,14 @@ def resolve(stage: Usd.Stage, path: str | Sequence[str], word: str) -> tuple[str
     return matches[0], bool(stage.GetPrimAtPath(matches[0]))
 
 
-def matching_paths(stage: Usd.Stage, path: str) -> list[str]:
+def matching_paths(stage: Usd.Stage, path: Any) -> list[str]:
     """An absolute path itself; of a regular expression, the prims that it matches, in the stage's order.
 
     Raises SensorValueError where nothing matches.
     """
     from graph.sim.usd import Sdf
 
+    path = _path_text(path)
     if Sdf.Path.IsValidPathString(path) and Sdf.Path(path).IsAbsolutePath():
         return [path]
     try:

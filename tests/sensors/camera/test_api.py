@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from pxr import Gf, UsdGeom
+from pxr import Gf, Sdf, UsdGeom
 
 from graph.sim import App
 from sensors import CameraSensor, CameraView, RtxCamera, TiledCameraSensor
@@ -32,6 +32,12 @@ def test_a_new_camera_has_the_schema_of_sensors_and_ticks_in_every_update(app):
     assert camera.tick_rate == 0
     assert camera.get_world_poses()[0].tolist() == [[1, 2, 3]]
     assert not camera.prim.HasAttribute("_replicator:rendervar:GenericModelOutput:channels")
+
+
+def test_a_path_may_be_one_of_usd_and_nothing_but_a_path(app):
+    assert RtxCamera(Sdf.Path(CAMERA), app=app).path == CAMERA
+    with pytest.raises(ValueError, match="3 is not the path of a prim, such as /World/Sensor"):
+        RtxCamera(3, app=app)
 
 
 def test_schemas_and_attributes_make_a_lens(app):
