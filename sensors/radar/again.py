@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +17,7 @@ from .planes import NO_PLANE
 from .rays import Tubes
 from .scattering import MIRROR, Arrivals, Fields, arrived, reflect_back, scatter_again, scatter_back
 from .setting import Faces, Setting, Space, with_hits
-from .waves import MET, Met, Sent, Waves, dot, meets, row_of, sends_on, wave_of, write
+from .waves import MET, Sent, Waves, dot, meets, row_of, sends_on, wave_of, write
 
 SIGHT_M = 5e-3
 """A point is in sight if a ray to it comes so near."""
@@ -53,86 +51,70 @@ class Facing(NamedTuple):
         return Facing(*(each[:count] for each in self))
 
 
-@dataclass(slots=True)
-class Again:
-    """What some waves meet after a reflection: what comes back the way that they came, what goes on, what is curved,
-    and what of it the radar may see.
+class Again(NamedTuple):
+    """What waves meet after a reflection; room for what may be: what comes back the way that they came, what goes on,
+    the curved faces (k,) of `MET`, and what of it all the radar may see.
     """
 
     scattered: Sums
     sent: Sent
-    curved: Met
-    facing: Facing
-
-
-class AgainRoom(NamedTuple):
-    """Room for what some waves meet after a reflection; met: (k,) of `MET`, the curved faces."""
-
-    scattered: Sums
-    sent: Sent
-    met: np.ndarray
+    curved: np.ndarray
     facing: Facing
 
     @classmethod
-    def of(cls, setting: Setting, bounce: int, count: int) -> AgainRoom:
-        """For so many waves before that face; made by the main thread, whose memory is used again."""
-        met = np.empty(count if setting.planes.any_curved else 0, MET)
-        sent = Sent.room(count if bounce < setting.bounces else 0)
-        return cls(Sums.room(count), sent, met, Facing.room(count))
+    def room(cls, setting: Setting, waves: Waves) -> Again:
+        """For what these meet."""
+        count, goes_on = len(waves.each), waves.bounce < setting.bounces
+        curved = np.empty(count if setting.planes.any_curved else 0, MET)
+        return cls(Sums.room(count), Sent.room(count if goes_on else 0), curved, Facing.room(count))
 
 
-def again(setting: Setting, tubes: Tubes, waves: Waves, hits: Hits, part: slice, bins: Bins, room: AgainRoom) -> Again:
-    """What some waves meet, and what becomes of them."""
-    faces, face = _faces(setting, tubes, waves, hits, part)
-    distance, images, goes_on = hits.distance[part], waves.images, waves.bounce < setting.bounces
-    space = setting.space(faces)
-    on, bent, ahead = _again(waves.each, part.start, distance, face, images, tubes, space, bins, goes_on, room)
-    curved = Met(waves.bounce, images, faces, room.met[:bent])
-    return Again(room.scattered, room.sent.first(on), curved, room.facing.first(ahead))
+def again(setting: Setting, tubes: Tubes, waves: Waves, hits: Hits, bins: Bins) -> tuple[Again, Faces]:
+    """What waves meet, of which faces, and what becomes of them."""
+    faces, face = _faces(setting, tubes, waves, hits)
+    found, space = Again.room(setting, waves), setting.space(faces)
+    goes_on = waves.bounce < setting.bounces
+    sent, curved, facing = _again(waves.each, hits.distance, face, waves.images, tubes, space, bins, goes_on, found)
+    return Again(found.scattered, found.sent.first(sent), found.curved[:curved], found.facing.first(facing)), faces
 
 
-def in_sight(setting: Setting, facing: Sequence[Facing]) -> list[np.ndarray]:
-    """Whether the radar sees faces, (m,) bool each."""
-    ends = np.cumsum([0, *(len(each.out) for each in facing)])
-    if not ends[-1]:
-        return [np.zeros(0, bool)] * len(facing)
-    rays, out = (np.concatenate([getattr(each, name) for each in facing]) for name in ("rays", "out"))
-    bundle = RayBundle(setting.pose[:3, 3], rays, exclude=setting.exclude, reach=setting.seen)
-    seen = setting.world.cast(bundle, setting.poses).distance > out * (1 - 1e-6) - SIGHT_M
-    return np.split(seen, ends[1:-1])
+def in_sight(setting: Setting, facing: Facing) -> np.ndarray:
+    """Whether the radar sees faces, (m,) bool."""
+    if not len(facing.out):
+        return np.zeros(0, bool)
+    bundle = RayBundle(setting.pose[:3, 3], facing.rays, exclude=setting.exclude, reach=setting.seen)
+    hits = setting.world.cast(bundle, setting.poses)
+    return np.asarray(hits.distance > facing.out * (1 - 1e-6) - SIGHT_M)
 
 
 def straight_back(
-    setting: Setting, tubes: Tubes, waves: Waves, met: Met, facing: Facing, seen: np.ndarray, bins: Bins
+    setting: Setting, tubes: Tubes, waves: Waves, faces: Faces, facing: Facing, seen: np.ndarray, bins: Bins
 ) -> tuple[Sums, Arrivals]:
-    """What comes straight back of faces that are seen; met: with their faces; seen: (m,) bool."""
+    """What comes straight back of faces that are seen; seen: (m,) bool."""
     count = len(facing.wave)
     gains = setting.antenna.gains(facing.back.T)
-    sums, fields = Sums.room(2 * count), Fields.room(count)
-    space = setting.space(met.faces)
+    sums, fields, space = Sums.room(2 * count), Fields.room(count), setting.space(faces)
     count = _straight_back(waves.each, facing, seen, *gains, waves.images, tubes, space, bins, sums, fields)
     return sums, arrived(fields.first(count))
 
 
-def _faces(setting: Setting, tubes: Tubes, waves: Waves, hits: Hits, part: slice) -> tuple[Faces, np.ndarray]:
-    """The faces that waves may meet, and the number (k,) of that which each of some meets."""
-    plane = setting.planes.of_hits(hits, part)
+def _faces(setting: Setting, tubes: Tubes, waves: Waves, hits: Hits) -> tuple[Faces, np.ndarray]:
+    """The faces that waves may meet, and the number (k,) of that which each meets."""
+    plane = setting.planes.of_hits(hits, slice(None))
     if not setting.deforms:
         return setting.faces, plane
-    single = np.flatnonzero((plane == NO_PLANE) & (hits.number[part] != NOTHING))
-    some, rows = waves.each[part][single], single + part.start
-    images, image = waves.images, some["image"]
-    direction = np.einsum("kij,jk->ki", images.turn[image], tubes.directions[:, some["row"]])
-    length = hits.distance[rows] + some["travelled"]
-    point = images.place[image] + direction * length[:, None]
-    face, faces = with_hits(setting, plane, hits, rows, single, point)
+    single = np.flatnonzero((plane == NO_PLANE) & (hits.number != NOTHING))
+    some, images = waves.each[single], waves.images
+    direction = np.einsum("kij,jk->ki", images.turn[some["image"]], tubes.directions[:, some["row"]])
+    length = hits.distance[single] + some["travelled"]
+    point = images.place[some["image"]] + direction * length[:, None]
+    face, faces = with_hits(setting, plane, hits, single, single, point)
     return faces, face
 
 
 @compiled
 def _again(
     waves: np.ndarray,
-    first: int,
     distance: np.ndarray,
     face: np.ndarray,
     images: Images,
@@ -140,32 +122,32 @@ def _again(
     space: Space,
     bins: Bins,
     goes_on: bool,
-    room: AgainRoom,
+    found: Again,
 ) -> tuple[int, int, int]:
-    """Writes what is sent on of waves (k,) from `first` on, the curved faces that are met, and what faces the radar;
-    counts each. distance: (k,) [m], to their hits; face: (k,) that are met there.
+    """Adds what is scattered; writes what is sent on of waves (k,), the curved faces that are met, and what faces the
+    radar, and counts each. distance: (k,) [m], to their hits; face: (k,) that are met there.
     """
-    facing = room.facing
+    facing = found.facing
     on = bent = ahead = 0
     for at in range(len(face)):
-        if not distance[at] < space.longest - waves[first + at].travelled:
+        if not distance[at] < space.longest - waves[at].travelled:
             continue
-        wave = wave_of(waves, first + at, tubes, images)
+        wave = wave_of(waves, at, tubes, images)
         touch = meets(space, images, wave, face[at])
         if touch.way <= 0:
             continue
-        scatter_again(space, tubes, wave, touch, bins, room.scattered)
-        if goes_on and sends_on(space, wave, touch, room.sent, on):
+        scatter_again(space, tubes, wave, touch, bins, found.scattered)
+        if goes_on and sends_on(space, wave, touch, found.sent, on):
             on += 1
         curved = touch.face < space.faces.planes and space.faces.curved[touch.face]
         if curved:
-            write(room.met, bent, wave, touch)
+            write(found.curved, bent, wave, touch)
             bent += 1
         if touch.rise * touch.slope > 0 and touch.back[0] > 0 and touch.way + touch.out < 2.0 * space.seen:
             middle = math.sqrt(max(2.0 + 2.0 * dot(wave.direction, touch.back), 0.0))
             mirror = abs(touch.slope) + abs(touch.rise) > MIRROR * middle
             if mirror or curved or space.tables.diffuse[touch.table] > 0:
-                facing.wave[ahead], facing.face[ahead], facing.out[ahead] = first + at, touch.face, touch.out
+                facing.wave[ahead], facing.face[ahead], facing.out[ahead] = at, touch.face, touch.out
                 facing.mirrors[ahead], facing.curved[ahead] = mirror and not curved, bent - 1 if curved else -1
                 for axis in range(3):
                     facing.rays[ahead, 3 + axis] = dot(row_of(space.rotation, axis), touch.back)

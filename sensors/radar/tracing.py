@@ -1,7 +1,7 @@
-"""Tubes followed from face to face, block by block.
+"""Tubes followed from face to face.
 
-Threads share the blocks: compiled loops, which need the interpreter's lock only in between. The order of blocks is that
-of the tubes, so bytes do not depend on threads.
+Threads share blocks of the first faces: compiled loops, which need the interpreter's lock only in between. The order of
+blocks is that of the tubes, so bytes do not depend on threads. What is met later is little.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 
 from sensors.raycast.rays import Hits, RayBundle
 
-from .again import Again, AgainRoom, again, in_sight, straight_back
+from .again import again, in_sight, straight_back
 from .cube import Grid, Part, summed
 from .glints import curved, curved_again
 from .grouping import Sums
@@ -25,13 +25,10 @@ from .lit import Beam, Lit, LitRoom, lit
 from .rays import Tubes
 from .scattering import Arrivals
 from .setting import Setting
-from .waves import Sent, Waves, next_waves
+from .waves import Met, Sent, Waves, next_waves
 
 BLOCK = 100_000
 """Tubes that are worked on at once."""
-
-LATER = 32_768
-"""Waves after a reflection that are worked on at once."""
 
 
 @cache
@@ -77,7 +74,7 @@ class Tracer:
             waves, hits = next_waves(self.setting, waves, sent)
             brought, sent = self._next(tubes, waves, hits)
             found.append(brought)
-        return list(self._map(lambda one: one.part(self.grid), found))
+        return [one.part(self.grid) for one in found]
 
     def _first(self, tubes: Tubes, beams: list[Beam]) -> tuple[_Brought, Waves, list[Sent]]:
         """What comes back of the faces that tubes meet first, and what these send on."""
@@ -99,29 +96,14 @@ class Tracer:
 
     def _next(self, tubes: Tubes, waves: Waves, hits: Hits) -> tuple[_Brought, list[Sent]]:
         """What comes back of the faces that waves meet after a reflection, and what these send on."""
-        setting, bins, count = self.setting, self.grid.bins, len(waves.each)
-
-        def meet(part: slice, room: AgainRoom) -> tuple[Again, list[Arrivals]]:
-            block = again(setting, tubes, waves, hits, part, bins, room)
-            return block, curved_again(setting, tubes, block.curved)
-
-        def see(block: Again, seen: np.ndarray) -> tuple[Sums, Arrivals, list[Arrivals]]:
-            bent = block.facing.curved[seen]
-            glints = curved(setting, tubes, block.curved.at(bent[bent >= 0]))
-            return *straight_back(setting, tubes, waves, block.curved, block.facing, seen, bins), glints
-
-        parts = [slice(start, min(start + LATER, count)) for start in range(0, count, LATER)]
-        rooms = [AgainRoom.of(setting, waves.bounce, part.stop - part.start) for part in parts]
-        brought, blocks = _Brought(waves.bounce), []
-        for block, glints in self._map(meet, parts, rooms):
-            brought.scattered.append(block.scattered)
-            brought.glints += glints
-            blocks.append(block)
-        for scattered, fields, glints in self._map(see, blocks, in_sight(setting, [one.facing for one in blocks])):
-            brought.scattered.append(scattered)
-            brought.fields.append(fields)
-            brought.glints += glints
-        return brought, [block.sent for block in blocks]
+        setting, bins = self.setting, self.grid.bins
+        found, faces = again(setting, tubes, waves, hits, bins)
+        seen = in_sight(setting, found.facing)
+        scattered, fields = straight_back(setting, tubes, waves, faces, found.facing, seen, bins)
+        bent = found.facing.curved[seen]
+        met = Met(waves.bounce, waves.images, faces, found.curved)
+        glints = curved_again(setting, tubes, met) + curved(setting, tubes, met.at(bent[bent >= 0]))
+        return _Brought(waves.bounce, [found.scattered, scattered], [fields], glints), [found.sent]
 
     @property
     def _map(self) -> Callable[..., Iterator[Any]]:
