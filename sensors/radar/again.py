@@ -17,7 +17,7 @@ from .planes import NO_PLANE
 from .rays import Tubes
 from .scattering import MIRROR, Arrivals, Fields, arrived, reflect_back, scatter_again, scatter_back
 from .setting import Faces, Setting, Space, with_hits
-from .waves import MET, Sent, Waves, dot, meets, row_of, sends_on, wave_of, write
+from .waves import MET, Sent, Waves, dot, echo_of, meets, row_of, sends_on, wave_of, write
 
 SIGHT_M = 5e-3
 """A point is in sight if a ray to it comes so near."""
@@ -136,22 +136,23 @@ def _again(
         touch = meets(space, images, wave, face[at])
         if touch.way <= 0:
             continue
-        scatter_again(space, tubes, wave, touch, bins, found.scattered)
+        echo = echo_of(space, images, wave, touch)
+        scatter_again(space, tubes, wave, touch, echo, bins, found.scattered)
         if goes_on and sends_on(space, wave, touch, found.sent, on):
             on += 1
         curved = touch.face < space.faces.planes and space.faces.curved[touch.face]
         if curved:
-            write(found.curved, bent, wave, touch)
+            write(found.curved, bent, wave, touch, echo)
             bent += 1
-        if touch.rise * touch.slope > 0 and touch.back[0] > 0 and touch.way + touch.out < 2.0 * space.seen:
-            middle = math.sqrt(max(2.0 + 2.0 * dot(wave.direction, touch.back), 0.0))
-            mirror = abs(touch.slope) + abs(touch.rise) > MIRROR * middle
+        if echo.rise * touch.slope > 0 and echo.back[0] > 0 and touch.way + echo.out < 2.0 * space.seen:
+            middle = math.sqrt(max(2.0 + 2.0 * dot(wave.direction, echo.back), 0.0))
+            mirror = abs(touch.slope) + abs(echo.rise) > MIRROR * middle
             if mirror or curved or space.tables.diffuse[touch.table] > 0:
-                facing.wave[ahead], facing.face[ahead], facing.out[ahead] = at, touch.face, touch.out
+                facing.wave[ahead], facing.face[ahead], facing.out[ahead] = at, touch.face, echo.out
                 facing.mirrors[ahead], facing.curved[ahead] = mirror and not curved, bent - 1 if curved else -1
                 for axis in range(3):
-                    facing.rays[ahead, 3 + axis] = dot(row_of(space.rotation, axis), touch.back)
-                    facing.back[ahead, axis] = touch.back[axis]
+                    facing.rays[ahead, 3 + axis] = dot(row_of(space.rotation, axis), echo.back)
+                    facing.back[ahead, axis] = echo.back[axis]
                 ahead += 1
     return on, bent, ahead
 
@@ -179,7 +180,8 @@ def _straight_back(
         if seen[at]:
             wave = wave_of(waves, facing.wave[at], tubes, images)
             touch = meets(space, images, wave, facing.face[at])
-            scatter_back(space, tubes, wave, touch, sends[at], hears[at], bins, sums)
-            if facing.mirrors[at] and reflect_back(space, images, tubes, wave, touch, hears[at], fields, count):
+            echo = echo_of(space, images, wave, touch)
+            scatter_back(space, tubes, wave, touch, echo, sends[at], hears[at], bins, sums)
+            if facing.mirrors[at] and reflect_back(space, images, tubes, wave, touch, echo, hears[at], fields, count):
                 count += 1
     return count

@@ -23,7 +23,7 @@ from .planes import NO_PLANE
 from .rays import Tubes
 from .scattering import MIRROR, WIDEST, Arrivals, Fields, arrived, reflect_back, strength
 from .setting import Setting, Space, with_hits
-from .waves import FAINTEST, GRAZING, MET, Met, Sent, Wave, dot, meets, row_of, sends_on, write
+from .waves import FAINTEST, GRAZING, MET, Met, Sent, Wave, dot, echo_of, meets, row_of, sends_on, write
 
 LEAST_M = np.float32(1e-12)
 """Distances below this [m] count as this."""
@@ -150,12 +150,15 @@ def _lit(
                 continue
         wave = Wave(np.int32(tube), towards, np.float32(1), 0.0, np.complex64(1), np.int32(0))
         touch = meets(space, images, wave, face)
-        if touch.way > 0:
-            if mirrors and reflect_back(space, images, tubes, wave, touch, tubes.hears[tube], room.fields, fields):
-                fields += 1
-            if leads and sends_on(space, wave, touch, room.sent, sent):
-                sent += 1
+        if touch.way <= 0:
+            continue
+        if leads and sends_on(space, wave, touch, room.sent, sent):
+            sent += 1
+        if mirrors or faces.curved[face]:
+            echo = echo_of(space, images, wave, touch)
             if faces.curved[face]:
-                write(room.met, bent, wave, touch)
+                write(room.met, bent, wave, touch, echo)
                 bent += 1
+            elif reflect_back(space, images, tubes, wave, touch, echo, tubes.hears[tube], room.fields, fields):
+                fields += 1
     return fields, sent, bent

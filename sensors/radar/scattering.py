@@ -24,7 +24,7 @@ from .grouping import Sums
 from .images import Images
 from .rays import Tubes
 from .setting import Space
-from .waves import Touch, Wave, dot, row_of
+from .waves import Echo, Touch, Wave, dot, row_of
 
 MIRROR = 0.7
 """Least cosine between a face's normal and the middle of the ways in and back: physical optics is good to about 40 deg
@@ -129,19 +129,19 @@ def azimuth_of(back: Any) -> Any:
 
 
 @inlined
-def scatter_again(space: Space, tubes: Tubes, wave: Wave, touch: Touch, bins: Bins, sums: Sums) -> None:
+def scatter_again(space: Space, tubes: Tubes, wave: Wave, touch: Touch, echo: Echo, bins: Bins, sums: Sums) -> None:
     """Adds what a rough face, met after others, sends back along the way on which the wave came."""
     share = space.tables.diffuse[touch.table]
     if share > 0 and touch.way < space.seen:
         row = wave.row
         power = share * tubes.weight[row] * wave.wide**2 * space.received * touch.cosine
         power *= (strength(wave.field) / touch.way) ** 2
-        put(bins, sums, touch.way, touch.coming, tubes.azimuth[row], tubes.elevation[row], tubes.angle[row], power)
+        put(bins, sums, touch.way, echo.coming, tubes.azimuth[row], tubes.elevation[row], tubes.angle[row], power)
 
 
 @inlined
 def scatter_back(
-    space: Space, tubes: Tubes, wave: Wave, touch: Touch, sends: Any, hears: Any, bins: Bins, sums: Sums
+    space: Space, tubes: Tubes, wave: Wave, touch: Touch, echo: Echo, sends: Any, hears: Any, bins: Bins, sums: Sums
 ) -> None:
     """Adds what a rough face, met after others, sends straight back, and what takes the same way in the other order.
 
@@ -149,10 +149,10 @@ def scatter_back(
     """
     share = space.tables.diffuse[touch.table]
     if share > 0:
-        row, way, rate = wave.row, (touch.way + touch.out) / 2, (touch.coming + touch.going) / 2
+        row, way, rate = wave.row, (touch.way + echo.out) / 2, (echo.coming + echo.going) / 2
         power = share * tubes.solid[row] * wave.wide**2 * space.received
-        power *= strength(wave.field) * abs(touch.rise) / touch.out**2
-        side, level = azimuth_of(touch.back), touch.back[2]
+        power *= strength(wave.field) * abs(echo.rise) / echo.out**2
+        side, level = azimuth_of(echo.back), echo.back[2]
         angle, _, _ = angle_cell(bins, side, level)
         put(bins, sums, way, rate, side, level, angle, power * (tubes.sends[row] * hears))
         power *= tubes.hears[row] * sends
@@ -161,12 +161,12 @@ def scatter_back(
 
 @inlined
 def reflect_back(
-    space: Space, images: Images, tubes: Tubes, wave: Wave, touch: Touch, hears: Any, found: Fields, at: Any
+    space: Space, images: Images, tubes: Tubes, wave: Wave, touch: Touch, echo: Echo, hears: Any, found: Fields, at: Any
 ) -> bool:
     """Whether the field that a flat face sends straight back counts, of one tube, and writes it; hears: gain of the way
     back. The key is that of the faces on the way, whatever their order.
     """
-    back, image, row, way = touch.back, wave.image, wave.row, touch.way + touch.out
+    back, image, row, way = echo.back, wave.image, wave.row, touch.way + echo.out
     waves, there, normal = 1.0 / space.wavelength, touch.way / space.wavelength, row_of(space.faces.normal, touch.face)
     along = there * (1.0 + dot(wave.direction, back)) / -touch.slope
     more = (  # how many waves more on the way, per radian, as mirrors show it
@@ -187,12 +187,12 @@ def reflect_back(
         return False
     found.turns[1, at], found.turns[2, at] = math.pi * across, math.pi * up
     found.turns[0, at] = 2.0 * math.pi * (np.rint(way * waves) - way * waves)
-    found.values[0, at], found.values[1, at] = way / 2, (touch.coming + touch.going) / 2
+    found.values[0, at], found.values[1, at] = way / 2, (echo.coming + echo.going) / 2
     found.values[2, at], found.values[3, at] = azimuth_of(back), back[2]
     found.zone[at] = math.sqrt(space.wavelength / way)
     known = touch.face < space.faces.planes
     found.group[at] = images.key[image] + (space.keys[touch.face] if known else np.uint64(row) + OWN)
-    gain = math.sqrt(tubes.sends[row] * hears) * touch.way / touch.out
+    gain = math.sqrt(tubes.sends[row] * hears) * touch.way / echo.out
     amplitude = np.float32(space.scale * tubes.solid[row] * wave.wide**2 * gain)
     found.field[at] = space.tables.amplitude[touch.table] * wave.field * amplitude
     return True

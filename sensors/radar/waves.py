@@ -46,7 +46,7 @@ MET = np.dtype(
     ],
     align=True,
 )
-"""A curved face that a wave meets, as `Wave` and `Touch` have them."""
+"""A curved face that a wave meets, as `Wave`, `Touch` and `Echo` have them."""
 
 
 class Wave(NamedTuple):
@@ -67,21 +67,30 @@ class Wave(NamedTuple):
 class Touch(NamedTuple):
     """How a wave meets a face, for loops.
 
-    face: its number. way: [m] in all, 0 if it does not meet it. back: unit from the radar to the place, out: [m] of
-    that. slope, rise: components of the face's normal along the wave and along `back`. coming, going: rates [m/s] of
-    the ways in and straight back. cosine: of incidence. table: place in the reflection tables.
+    face: its number. way: [m] in all, 0 if it does not meet it. there: from the radar [m]. slope: component of the
+    face's normal along the wave. cosine: of incidence. table: place in the reflection tables.
     """
 
     face: Any
     way: float
+    there: tuple[float, float, float]
+    slope: float
+    cosine: Any
+    table: Any
+
+
+class Echo(NamedTuple):
+    """The way straight back from where a wave meets a face, for loops.
+
+    back: unit from the radar to the place, out: [m] of that. rise: component of the face's normal along `back`. coming,
+    going: rates [m/s] of the ways in and back.
+    """
+
     back: tuple[float, float, float]
     out: float
-    slope: float
     rise: float
     coming: float
     going: float
-    cosine: Any
-    table: Any
 
 
 @dataclass(slots=True)
@@ -187,19 +196,25 @@ def meets(space: Space, images: Images, wave: Wave, face: Any) -> Touch:
     if not (cosine > GRAZING and wave.travelled < way < space.longest):
         way = 0.0
     there = start[0] + way * towards[0], start[1] + way * towards[1], start[2] + way * towards[2]
+    table = faces.table[face] + min(int(cosine * space.tables.steps), space.tables.steps - 1)
+    return Touch(face, way, there, slope, cosine, table)
+
+
+@inlined
+def echo_of(space: Space, images: Images, wave: Wave, touch: Touch) -> Echo:
+    """The way straight back."""
+    faces, there, start = space.faces, touch.there, row_of(images.place, wave.image)
     out = max(math.sqrt(dot(there, there)), 1e-9)
     inverse = 1.0 / out
     back = there[0] * inverse, there[1] * inverse, there[2] * inverse
-    body = faces.body[face]
+    body = faces.body[touch.face]
     speed, spin, known = row_of(faces.linear, body), row_of(faces.angular, body), row_of(images.rate, wave.image)
     rate = (
         known[0] + speed[0] + spin[1] * start[2] - spin[2] * start[1],
         known[1] + speed[1] + spin[2] * start[0] - spin[0] * start[2],
         known[2] + speed[2] + spin[0] * start[1] - spin[1] * start[0],
     )
-    table = faces.table[face] + min(int(cosine * space.tables.steps), space.tables.steps - 1)
-    rise, coming, going = dot(normal, back), dot(rate, towards), dot(speed, back)
-    return Touch(face, way, back, out, slope, rise, coming, going, cosine, table)
+    return Echo(back, out, dot(row_of(faces.normal, touch.face), back), dot(rate, wave.direction), dot(speed, back))
 
 
 @inlined
@@ -220,16 +235,16 @@ def sends_on(space: Space, wave: Wave, touch: Touch, sent: Sent, count: Any) -> 
     for axis in range(3):
         turned = dot(row_of(space.rotation, axis), towards)
         sent.rays[count, 3 + axis] = turned
-        sent.offsets[count, axis] = dot(row_of(space.rotation, axis), touch.back) * touch.out + LIFT_M * turned
+        sent.offsets[count, axis] = dot(row_of(space.rotation, axis), touch.there) + LIFT_M * turned
     return True
 
 
 @inlined
-def write(met: np.ndarray, at: Any, wave: Wave, touch: Touch) -> None:
+def write(met: np.ndarray, at: Any, wave: Wave, touch: Touch, echo: Echo) -> None:
     """Writes into one of `MET`."""
     one = met[at]
     one.row, one.image, one.field, one.wide = wave.row, wave.image, wave.field, wave.wide
     one.face, one.table, one.cosine = touch.face, touch.table, touch.cosine
-    one.way, one.out, one.slope, one.coming, one.going = touch.way, touch.out, touch.slope, touch.coming, touch.going
+    one.way, one.out, one.slope, one.coming, one.going = touch.way, echo.out, touch.slope, echo.coming, echo.going
     for axis in range(3):
-        one.direction[axis], one.back[axis] = wave.direction[axis], touch.back[axis]
+        one.direction[axis], one.back[axis] = wave.direction[axis], echo.back[axis]
