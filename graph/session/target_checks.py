@@ -45,8 +45,9 @@ def _fif_race(links: Links, stage: Usd.Stage, settings: Settings) -> Iterator[No
 
 
 def _radar_without_bvh(links: Links, stage: Usd.Stage, settings: Settings) -> Iterator[Note]:
-    """A radar without Motion BVH: it gives nothing there."""
-    for _, prim in () if settings.get(keys.MOTION_BVH) else _makers(links, stage, "OmniRadar"):
+    """A radar without Motion BVH: it gives nothing there. Where the file asks for it, the radar says so itself."""
+    told = settings.get(keys.MOTION_BVH) or settings.get(keys.RADAR_NEEDS_MOTION_BVH)
+    for _, prim in () if told else _makers(links, stage, "OmniRadar"):
         yield (
             "radar-motion-bvh-off",
             prim,

@@ -59,6 +59,13 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
                 "where datacubeMode is WAVEFORM); cells follow from rangeResM, velResMps, boreAzResDeg, boreElResDeg "
                 "and maxVelMpsSequence",
             )
+        settings = self._app.settings
+        if settings.get(keys.RADAR_NEEDS_MOTION_BVH) and not settings.get(keys.MOTION_BVH, False):
+            self._app.warn(
+                "radar-motion-bvh-off",
+                self.path,
+                f"Isaac Sim gives no frames of it while Motion BVH is off; set {keys.MOTION_BVH} to true",
+            )
         self._scans = None
 
     def schedule_for(self, moment: Fraction) -> Schedule:

@@ -71,6 +71,7 @@ def test_the_example_with_the_remedy_is_fine(capsys):
     ("code", "options", "told"),
     [
         ("radar-motion-bvh-off", {"bvh": False}, "gives no frames of a radar while Motion BVH is off"),
+        ("radar-motion-bvh-off", {"bvh": False, "parity": "isaacsim-6.0.1"}, "gives no frames of it while Motion BVH"),
         ("radar-motion-bvh-off", {}, None),
         ("radar-motion-bvh-off", {"bvh": False, "rendered": False}, None),
         ("radar-tick-rate-ignored", {"rate": 20}, "renders it in every update, not at 20 Hz"),

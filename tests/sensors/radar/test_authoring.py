@@ -143,6 +143,19 @@ def test_the_product_needs_motion_bvh_to_create_a_radar_not_to_wrap_one():
         assert Radar("/World/Other", app=app).paths == ["/World/Other"]
 
 
+@pytest.mark.parametrize(
+    ("parity", "bvh", "told"), [("isaacsim-6.0.1", False, 1), ("isaacsim-6.0.1", True, 0), ("documented", False, 0)]
+)
+def test_the_products_profile_tells_that_a_wrapped_radar_is_silent_there(parity, bvh, told):
+    with App(None, physics_hz=60, loop_hz=60, parity=parity, settings={keys.MOTION_BVH: bvh}) as app:
+        app.stage.DefinePrim("/World/Radar", "OmniRadar")
+        RadarSensor("/World/Radar", app=app)
+        app.play()
+        app.update(steps=2)
+        found = [one for one in app.warnings if one.code == "radar-motion-bvh-off"]
+        assert [one.where for one in found] == ["/World/Radar"] * told
+
+
 def test_the_product_renders_a_radar_in_every_update_with_a_warning():
     frames = {}
     for parity in ("documented", "isaacsim-6.0.1"):
