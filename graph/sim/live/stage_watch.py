@@ -45,7 +45,7 @@ SHAPE = frozenset(
 )
 """Attributes of surfaces that physics and rays read at play."""
 
-LOOKS = ("visibility", "purpose", "material:binding", "semantics:", "semantic:")
+LOOKS = ("visibility", "purpose", "material:binding", "semantics:", "semantic:", "primvars:", "normals")
 """Prefixes of properties that only rays read; they take effect in the next scan."""
 
 PROTOTYPE = "/__Prototype"

@@ -129,6 +129,26 @@ def test_the_exposure_of_the_prim_counts_where_it_is_authored():
     assert pictures == [60, 60, srgb(np.float32(4 * 0.0458366))]
 
 
+def test_colours_and_lights_that_change_while_playing_are_seen_in_the_next_picture():
+    """E = 1000 lux on 0.18, then on 0.36, then 3000 lux on it: rho E / pi."""
+    with weightless() as app:
+        wall(app)
+        color = app.stage.GetPrimAtPath("/World/Wall").GetAttribute("primvars:displayColor")
+        light = add_light(app, "DistantLight", intensity=1000.0)
+        annotator = get_annotator("HdrColor", app=app).attach(add_camera(app, size=SIZE))
+        app.play()
+        found = []
+        for change in (
+            lambda: None,
+            lambda: color.Set([(0.36, 0.36, 0.36)]),
+            lambda: light.GetAttribute("inputs:intensity").Set(3000.0),
+        ):
+            change()
+            app.update()
+            found.append(float(annotator.get_data()[MIDDLE][0]))
+    assert found == pytest.approx([180 / np.pi, 360 / np.pi, 1080 / np.pi], rel=HALF)
+
+
 def test_the_curve_of_srgb():
     linear = np.array([-1.0, 0.0, 0.0031308, 0.18, 0.5, 1.0, 2.0, np.nan], np.float32)[:-1]
     assert srgb(linear).tolist() == [0, 0, 10, 118, 188, 255, 255]
