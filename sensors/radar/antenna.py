@@ -58,6 +58,10 @@ class Pattern:
         return np.asarray(10.0 ** ((low * (1 - s) + high * s) / 10.0))
 
 
+RIM = 0.01
+"""Cosine of the angle off boresight, 89.4 deg, beyond which the gain of COSINEFALLOFF is too near 0."""
+
+
 @dataclass(frozen=True, slots=True)
 class Antenna:
     """One-way power gains by direction. wavelength [m]; power: that it sends [W].
@@ -85,10 +89,10 @@ class Antenna:
         sends = self.sends(directions)
         return sends, sends if self.rx is self.tx else self.hears(directions)
 
-    def _gain(self, pattern: Pattern | None, directions: np.ndarray) -> np.ndarray:
+    def _gain(self, pattern: Pattern | None, directions: np.ndarray, least: float = 0.0) -> np.ndarray:
         if pattern is not None:
             return pattern.at(directions)
-        return np.maximum(directions[0], 0.0) if self.falls else np.ones_like(directions[0])
+        return np.maximum(directions[0], least) if self.falls else np.ones_like(directions[0])
 
     @property
     def receives(self) -> float:
@@ -96,6 +100,9 @@ class Antenna:
         return self.power * self.wavelength**2 / (4.0 * math.pi) ** 3
 
     def cross_section(self, received: np.ndarray, range_m: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """Radar cross section [m^2] that gives the power (k,) [W] from a range [m] and directions (3, k)."""
-        gain = np.maximum(self.sends(directions) * self.hears(directions), 1e-12)
+        """Radar cross section [m^2] that gives the power (k,) [W] from a range [m] and directions (3, k).
+
+        From beyond `RIM` the gain there counts: a false alarm at 90 deg, where it is 0, would be a target of any size.
+        """
+        gain = np.maximum(self._gain(self.tx, directions, RIM) * self._gain(self.rx, directions, RIM), 1e-12)
         return np.asarray(received * range_m**4 / (self.receives * gain))

@@ -6,7 +6,7 @@ import pytest
 from graph.base.errors import UserError
 from graph.sim import App
 from sensors import Radar
-from sensors.radar.antenna import Pattern
+from sensors.radar.antenna import Antenna, Pattern
 from tests.support.radar_scenes import RADAR, SCAN, WPM, dbsm, plate, radar_world, received, trihedral
 
 
@@ -21,6 +21,15 @@ def aside(azimuth):
     (box,) = plate(0.1, 20.0).values()
     place = [20.00005 * np.cos(turn), 20.00005 * np.sin(turn), 0]
     return {"/World/Plate": {**box, "translate": place, "rotate": [0, 0, azimuth]}}
+
+
+def test_a_power_from_where_a_falling_antenna_hears_nothing_is_no_target_of_any_size():
+    """A false alarm of an array's outermost beam, 90 deg off; cos 80 deg = 0.1736, squared for both ways."""
+    turn = np.radians([0.0, 80.0, 90.0])
+    directions = np.stack((np.cos(turn), np.sin(turn), np.zeros(3)))
+    ahead, aside, rim = Antenna(3.9e-3).cross_section(np.ones(3), np.full(3, 20.0), directions)
+    assert aside / ahead == pytest.approx(1 / 0.1736**2, rel=1e-3)
+    assert rim / ahead == pytest.approx(1e4)
 
 
 def test_both_gains_multiply_what_is_received():
