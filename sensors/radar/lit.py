@@ -141,9 +141,10 @@ def _lit(
             continue
         mirrors = leads = False
         if not faces.curved[face]:
-            turns = max(tubes.width[tube], tubes.height[tube]) * way * turning
-            square = cosine * cosine
-            mirrors = cosine > MIRROR and turns * turns * (1 - square) < square
+            if cosine > MIRROR:
+                turns = max(tubes.width[tube], tubes.height[tube]) * way * turning
+                square = cosine * cosine
+                mirrors = turns * turns * (1 - square) < square
             leads = goes_on and tubes.leads[tube] and 0 <= face < faces.planes
             leads = leads and strength(tables.amplitude[table]) > FAINTEST**2
             if not (mirrors or leads):

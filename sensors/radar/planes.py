@@ -146,11 +146,11 @@ class WorldPlanes:
         return self._seen[exclude]
 
     def of_hits(self, hits: Hits, rows: np.ndarray | slice) -> np.ndarray:
-        """The plane of each of the hits `rows` (k,), (k,) int64; `NO_PLANE` where none is known: of what deforms, and
+        """The plane of each of the hits `rows` (k,), (k,) int32; `NO_PLANE` where none is known: of what deforms, and
         where nothing is hit.
         """
         number = hits.number[rows]
-        found = np.empty(len(number), np.int64)
+        found = np.empty(len(number), np.int32)
         _look_up(self._table(hits), number, found)
         if hits.spots is not None:
             unknown = np.flatnonzero((found == NO_PLANE) & (number != NOTHING))
@@ -173,7 +173,7 @@ class WorldPlanes:
                 int(self._first[number]) if isinstance(surface, Plane) else NO_PLANE
                 for number, surface in enumerate(surfaces)
             ]
-            table = np.concatenate([*parts, np.array([*single, NO_PLANE])]).astype(np.int64)
+            table = np.concatenate([*parts, np.array([*single, NO_PLANE])]).astype(np.int32)
             self._numbers = hits.surface_of, table
         return self._numbers[1]
 
