@@ -12,7 +12,6 @@ from sensors.raycast.rays import NOTHING, Hits, RayBundle
 
 from .bins import Bins
 from .grouping import Sums
-from .images import Images
 from .planes import NO_PLANE
 from .rays import Tubes
 from .scattering import MIRROR, Arrivals, Fields, arrived, reflect_back, scatter_again, scatter_back
@@ -74,7 +73,7 @@ def again(setting: Setting, tubes: Tubes, waves: Waves, hits: Hits, bins: Bins) 
     faces, face = _faces(setting, tubes, waves, hits)
     found, space = Again.room(setting, waves), setting.space(faces)
     goes_on = waves.bounce < setting.bounces
-    sent, curved, facing = _again(waves.each, hits.distance, face, waves.images, tubes, space, bins, goes_on, found)
+    sent, curved, facing = _again(waves, hits.distance, face, tubes, space, bins, goes_on, found)
     return Again(found.scattered, found.sent.first(sent), found.curved[:curved], found.facing.first(facing)), faces
 
 
@@ -94,7 +93,7 @@ def straight_back(
     count = len(facing.wave)
     gains = setting.antenna.gains(facing.back.T)
     sums, fields, space = Sums.room(2 * count), Fields.room(count), setting.space(faces)
-    count = _straight_back(waves.each, facing, seen, *gains, waves.images, tubes, space, bins, sums, fields)
+    count = _straight_back(waves, facing, seen, *gains, tubes, space, bins, sums, fields)
     return sums, arrived(fields.first(count))
 
 
@@ -104,20 +103,19 @@ def _faces(setting: Setting, tubes: Tubes, waves: Waves, hits: Hits) -> tuple[Fa
     if not setting.deforms:
         return setting.faces, plane
     single = np.flatnonzero((plane == NO_PLANE) & (hits.number != NOTHING))
-    some, images = waves.each[single], waves.images
-    direction = np.einsum("kij,jk->ki", images.turn[some["image"]], tubes.directions[:, some["row"]])
+    some, images, image = waves.each[single], waves.images, waves.image[single]
+    direction = np.einsum("kij,jk->ki", images.turn[image], tubes.directions[:, some["row"]])
     length = hits.distance[single] + some["travelled"]
-    point = images.place[some["image"]] + direction * length[:, None]
+    point = images.place[image] + direction * length[:, None]
     face, faces = with_hits(setting, plane, hits, single, single, point)
     return faces, face
 
 
 @compiled
 def _again(
-    waves: np.ndarray,
+    waves: Waves,
     distance: np.ndarray,
     face: np.ndarray,
-    images: Images,
     tubes: Tubes,
     space: Space,
     bins: Bins,
@@ -130,13 +128,13 @@ def _again(
     facing = found.facing
     on = bent = ahead = 0
     for at in range(len(face)):
-        if not distance[at] < space.longest - waves[at].travelled:
+        if not distance[at] < space.longest - waves.each[at].travelled:
             continue
-        wave = wave_of(waves, at, tubes, images)
-        touch = meets(space, images, wave, face[at])
+        wave = wave_of(waves, at, tubes)
+        touch = meets(space, waves.images, wave, face[at])
         if touch.way <= 0:
             continue
-        echo = echo_of(space, images, wave, touch)
+        echo = echo_of(space, waves.images, wave, touch)
         scatter_again(space, tubes, wave, touch, echo, bins, found.scattered)
         if goes_on and sends_on(space, wave, touch, found.sent, on):
             on += 1
@@ -159,12 +157,11 @@ def _again(
 
 @compiled
 def _straight_back(
-    waves: np.ndarray,
+    waves: Waves,
     facing: Facing,
     seen: np.ndarray,
     sends: np.ndarray,
     hears: np.ndarray,
-    images: Images,
     tubes: Tubes,
     space: Space,
     bins: Bins,
@@ -175,10 +172,10 @@ def _straight_back(
 
     sends, hears: (m,) gains of the ways there.
     """
-    count = 0
+    count, images = 0, waves.images
     for at in range(len(seen)):
         if seen[at]:
-            wave = wave_of(waves, facing.wave[at], tubes, images)
+            wave = wave_of(waves, facing.wave[at], tubes)
             touch = meets(space, images, wave, facing.face[at])
             echo = echo_of(space, images, wave, touch)
             scatter_back(space, tubes, wave, touch, echo, sends[at], hears[at], bins, sums)

@@ -149,7 +149,7 @@ def _lit(
             leads = leads and strength(tables.amplitude[table]) > FAINTEST**2
             if not (mirrors or leads):
                 continue
-        wave = Wave(np.int32(tube), towards, np.float32(1), 0.0, np.complex64(1), np.int32(0))
+        wave = Wave(tube, towards, np.float32(1), 0.0, np.complex64(1), np.int32(0))
         touch = meets(space, images, wave, face)
         if touch.way <= 0:
             continue

@@ -70,13 +70,13 @@ class Tracer:
         """The parts of the cube that tubes bring."""
         brought, waves, sent = self._first(tubes, beams)
         found = [brought]
-        while any(len(one.waves) for one in sent):
+        while len(sent.waves):
             waves, hits = next_waves(self.setting, waves, sent)
             brought, sent = self._next(tubes, waves, hits)
             found.append(brought)
         return [one.part(self.grid) for one in found]
 
-    def _first(self, tubes: Tubes, beams: list[Beam]) -> tuple[_Brought, Waves, list[Sent]]:
+    def _first(self, tubes: Tubes, beams: list[Beam]) -> tuple[_Brought, Waves, Sent]:
         """What comes back of the faces that tubes meet first, and what these send on."""
         setting, bins = self.setting, self.grid.bins
 
@@ -92,9 +92,9 @@ class Tracer:
             brought.fields.append(seen.fields)
             brought.glints += glints
             sent.append(seen.sent)
-        return brought, Waves.none(), sent
+        return brought, Waves.none(), Sent.together(sent)
 
-    def _next(self, tubes: Tubes, waves: Waves, hits: Hits) -> tuple[_Brought, list[Sent]]:
+    def _next(self, tubes: Tubes, waves: Waves, hits: Hits) -> tuple[_Brought, Sent]:
         """What comes back of the faces that waves meet after a reflection, and what these send on."""
         setting, bins = self.setting, self.grid.bins
         found, faces = again(setting, tubes, waves, hits, bins)
@@ -103,7 +103,7 @@ class Tracer:
         bent = found.facing.curved[seen]
         met = Met(waves.bounce, waves.images, faces, found.curved)
         glints = curved_again(setting, tubes, met) + curved(setting, tubes, met.at(bent[bent >= 0]))
-        return _Brought(waves.bounce, [found.scattered, scattered], [fields], glints), [found.sent]
+        return _Brought(waves.bounce, [found.scattered, scattered], [fields], glints), found.sent
 
     @property
     def _map(self) -> Callable[..., Iterator[Any]]:

@@ -31,10 +31,8 @@ FAINTEST = 0.02
 LIFT_M = 2e-4
 """Reflected rays start so high above the face that they leave."""
 
-WAVE = np.dtype([("travelled", np.float64), ("field", np.complex64), ("row", np.int32), ("image", np.int32)])
-"""A tube before a stretch of its way. travelled: [m]. field: what the faces left of it. row: its number. image: number
-of the radar's image that it comes from.
-"""
+WAVE = np.dtype([("travelled", np.float64), ("field", np.complex64), ("row", np.int64)])
+"""A tube before a stretch of its way. travelled: [m]. field: what the faces left of it. row: its number."""
 
 MET = np.dtype(
     [
@@ -52,8 +50,8 @@ MET = np.dtype(
 class Wave(NamedTuple):
     """A wave on a stretch of its way, for loops.
 
-    row: number of its tube. direction: of the stretch, in the sensor's axes. wide: how many tubes across, and up, it
-    stands for. travelled, field, image: as in `WAVE`.
+    direction: of the stretch, in the sensor's axes. wide: how many tubes across, and up, it stands for. image: number
+    of the radar's image that it comes from. row, travelled, field: as in `WAVE`.
     """
 
     row: Any
@@ -93,18 +91,18 @@ class Echo(NamedTuple):
     going: float
 
 
-@dataclass(slots=True)
-class Waves:
-    """Waves (k,) of `WAVE` before the face of that number, from 1 on, and the images that they come from."""
+class Waves(NamedTuple):
+    """Waves (k,) of `WAVE` before the face of that number, from 1 on, and of which images (k,) each comes from."""
 
     bounce: int
     images: Images
+    image: np.ndarray
     each: np.ndarray
 
     @classmethod
     def none(cls) -> Waves:
         """No waves, from the radar itself."""
-        return cls(1, Images.none(), np.empty(0, WAVE))
+        return cls(1, Images.none(), np.empty(0, np.int32), np.empty(0, WAVE))
 
 
 @dataclass(slots=True)
@@ -146,18 +144,22 @@ class Sent(NamedTuple):
         """So many of them."""
         return Sent(*(each[:count] for each in self))
 
+    @classmethod
+    def together(cls, parts: list[Sent]) -> Sent:
+        """Several as one."""
+        waves, *columns = zip(*parts, strict=True)
+        joined = np.concatenate([each.view(np.uint8) for each in waves]).view(WAVE)  # as bytes: records take long
+        return cls(joined, *(np.concatenate(each) for each in columns))
 
-def next_waves(setting: Setting, before: Waves, parts: list[Sent]) -> tuple[Waves, Hits]:
-    """Waves after a reflection, and what they meet; before: any of the last, with their images."""
-    each = np.concatenate([sent.waves.view(np.uint8) for sent in parts]).view(WAVE)  # as bytes: records take long
-    mirror, rays, offsets = (np.concatenate(columns) for columns in list(zip(*parts, strict=True))[1:])
-    hits = setting.cast(RayBundle(setting.pose[:3, 3], rays, offsets, setting.exclude, setting.seen))
-    planes, faces, groups = setting.planes, setting.faces, Groups(mirror)
+
+def next_waves(setting: Setting, before: Waves, sent: Sent) -> tuple[Waves, Hits]:
+    """Waves after a reflection, and what they meet; before: the last, with their images."""
+    hits = setting.cast(RayBundle(setting.pose[:3, 3], sent.rays, sent.offsets, setting.exclude, setting.seen))
+    planes, faces, groups = setting.planes, setting.faces, Groups(sent.mirror)
     image, plane = np.divmod(groups.keys, faces.planes)
     speeds = setting.speeds, planes.body[plane]
     images = before.images.beyond(image, faces.normal[plane], faces.height[plane], planes.patch[plane], speeds)
-    each["image"] = groups.which
-    return Waves(before.bounce + 1, images, each), hits
+    return Waves(before.bounce + 1, images, groups.which, sent.waves), hits
 
 
 @inlined
@@ -173,16 +175,16 @@ def dot(one: Any, two: Any) -> Any:
 
 
 @inlined
-def wave_of(waves: np.ndarray, at: Any, tubes: Tubes, images: Images) -> Wave:
-    """One of waves (k,) of `WAVE`: mirrors have turned the direction of its tube."""
-    row, image = waves[at].row, waves[at].image
-    ahead = tubes.directions[0, row], tubes.directions[1, row], tubes.directions[2, row]
+def wave_of(waves: Waves, at: Any, tubes: Tubes) -> Wave:
+    """One of some waves: mirrors have turned the direction of its tube."""
+    one, image, turn = waves.each[at], waves.image[at], waves.images.turn
+    ahead = tubes.directions[0, one.row], tubes.directions[1, one.row], tubes.directions[2, one.row]
     direction = (
-        images.turn[image, 0, 0] * ahead[0] + images.turn[image, 0, 1] * ahead[1] + images.turn[image, 0, 2] * ahead[2],
-        images.turn[image, 1, 0] * ahead[0] + images.turn[image, 1, 1] * ahead[1] + images.turn[image, 1, 2] * ahead[2],
-        images.turn[image, 2, 0] * ahead[0] + images.turn[image, 2, 1] * ahead[1] + images.turn[image, 2, 2] * ahead[2],
+        turn[image, 0, 0] * ahead[0] + turn[image, 0, 1] * ahead[1] + turn[image, 0, 2] * ahead[2],
+        turn[image, 1, 0] * ahead[0] + turn[image, 1, 1] * ahead[1] + turn[image, 1, 2] * ahead[2],
+        turn[image, 2, 0] * ahead[0] + turn[image, 2, 1] * ahead[1] + turn[image, 2, 2] * ahead[2],
     )
-    return Wave(row, direction, tubes.wide[row], waves[at].travelled, waves[at].field, image)
+    return Wave(one.row, direction, tubes.wide[one.row], one.travelled, one.field, image)
 
 
 @inlined
