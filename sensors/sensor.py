@@ -78,15 +78,15 @@ class RenderedSensor:
         """Names of the attached annotators, sorted."""
         return sorted(self._annotators)
 
-    def get_data(self, name: str) -> tuple[Any, Mapping[str, Any]]:
+    def get_data(self, annotator: str) -> tuple[Any, Mapping[str, Any]]:
         """(data, info) of an attached annotator; data is None before the first frame.
 
         Raises SensorValueError for a name that is unknown or not attached.
         """
-        _check_annotator(name, self._annotator_table)
-        if name not in self._annotators:
-            raise SensorValueError(f"{self.path}: annotator {name!r} is not attached; attach it first")
-        return split_data(self._annotators[name].get_data())
+        _check_annotator(annotator, self._annotator_table)
+        if annotator not in self._annotators:
+            raise SensorValueError(f"{self.path}: annotator {annotator!r} is not attached; attach it first")
+        return split_data(self._annotators[annotator].get_data())
 
     def attach_annotators(self, names: str | Iterable[str]) -> dict[str, Annotator]:
         """Attaches annotators; a repeated name gets a new one. Returns name -> annotator."""
@@ -111,24 +111,24 @@ class RenderedSensor:
             else:
                 annotator.detach()
 
-    def attach_writer(self, name: str, **arguments: Any) -> Writer:
+    def attach_writer(self, writer_name: str, **arguments: Any) -> Writer:
         """Attaches a writer: it gets every new frame. Arguments replace the table's defaults.
 
-        name: in the writer table, or in Replicator's registry (RtxSensorDebugDrawPointCloud).
+        writer_name: in the writer table, or in Replicator's registry (RtxSensorDebugDrawPointCloud).
         """
-        spec = _writer_spec(name, self._writer_table)
-        if name in self._writers:
-            self.detach_writer(name)
-        attached = AttachedWriter(name, spec, app=self._app).initialize(**arguments).attach(self.render_product)
-        self._writers[name] = attached
+        spec = _writer_spec(writer_name, self._writer_table)
+        if writer_name in self._writers:
+            self.detach_writer(writer_name)
+        attached = AttachedWriter(writer_name, spec, app=self._app).initialize(**arguments).attach(self.render_product)
+        self._writers[writer_name] = attached
         assert attached.writer is not None
         return attached.writer
 
-    def detach_writer(self, name: str) -> None:
+    def detach_writer(self, writer_name: str) -> None:
         """Detaches a writer; an unknown name gives a warning."""
-        attached = self._writers.pop(name, None)
+        attached = self._writers.pop(writer_name, None)
         if attached is None:
-            self._app.warn("not-attached", f"{self.path}.{name}", f"writer {name!r} is not attached")
+            self._app.warn("not-attached", f"{self.path}.{writer_name}", f"writer {writer_name!r} is not attached")
         else:
             attached.detach()
 

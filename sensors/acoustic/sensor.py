@@ -23,14 +23,14 @@ class AcousticSensor(PointSensor[Acoustic]):
 
     def __init__(
         self,
-        acoustic: Acoustic | str,
+        path: Acoustic | str,
         *,
         annotators: str | Iterable[str] | None = None,
         writers: str | Iterable[str] | None = None,
         render_vars: Iterable[str] | None = None,
         app: App | None = None,
     ) -> None:
-        super().__init__(acoustic, annotators, writers, render_vars, app)
+        super().__init__(path, annotators, writers, render_vars, app)
 
     @property
     def acoustic(self) -> Acoustic:

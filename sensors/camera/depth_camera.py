@@ -43,8 +43,8 @@ class SingleViewDepthCameraSensor(CameraSensor):
         "depth_sensor_point_cloud_color": 4,
     }
 
-    def __init__(self, camera: RtxCamera | str, **options: Any) -> None:
-        super().__init__(camera, **options)
+    def __init__(self, path: RtxCamera | str, **options: Any) -> None:
+        super().__init__(path, **options)
         with self._editing() as prim:
             prim.ApplyAPI(STEREO_API)
         self._copy_template()

@@ -56,7 +56,7 @@ class CameraSensor(RenderedSensor):
 
     def __init__(
         self,
-        camera: RtxCamera | str,
+        path: RtxCamera | str,
         *,
         resolution: tuple[int, int],
         annotators: str | Iterable[str] | None = None,
@@ -66,7 +66,7 @@ class CameraSensor(RenderedSensor):
     ) -> None:
         annotators, writers = short_names(annotators), short_names(writers)
         check_names(annotators, writers, self.annotator_specs)
-        self._authored = camera if isinstance(camera, RtxCamera) else RtxCamera(camera, app=app)
+        self._authored = path if isinstance(path, RtxCamera) else RtxCamera(path, app=app)
         self.render_vars = tuple(render_vars or ())
         self.resolution = checked_resolution(resolution)
         self.camera.enforce_square_pixels(self.resolution)
@@ -87,18 +87,18 @@ class CameraSensor(RenderedSensor):
         """The runtime behind the render product; also after the product was removed."""
         return cast("CameraRuntime", unwrapped(self._product.sensor))
 
-    def get_data(self, name: str, out: np.ndarray | None = None) -> tuple[Any, Mapping[str, Any]]:
+    def get_data(self, annotator: str, out: np.ndarray | None = None) -> tuple[Any, Mapping[str, Any]]:
         """(data, info) of an attached annotator: images are (height, width, n), boxes and clouds (count, ...).
 
         (None, {}) before the first frame. out: an image of the same shape that takes the data. Raises SensorValueError
         for a name that is unknown or not attached.
         """
-        data, info = super().get_data(name)
+        data, info = super().get_data(annotator)
         if self._product.frame is None:
             return None, {}
-        if name not in self.widths:
+        if annotator not in self.widths:
             return data, {**info, "resolution": self.resolution}
-        data = data.reshape(*self.resolution, -1)[..., : self.widths[name]]
+        data = data.reshape(*self.resolution, -1)[..., : self.widths[annotator]]
         return handed_out(data, out), info
 
 

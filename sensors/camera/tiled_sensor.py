@@ -88,15 +88,15 @@ class TiledCameraSensor:
             sensor.detach_annotators(names)
 
     def get_data(
-        self, name: str, *, tiled: bool = False, out: np.ndarray | None = None
+        self, annotator: str, *, tiled: bool = False, out: np.ndarray | None = None
     ) -> tuple[np.ndarray | None, dict[str, Any]]:
         """(data, info): the images (N, height, width, n), or tiled (rows x height, columns x width, n).
 
         (None, {}) before every camera has a frame. out: an array of that shape that takes the data. info: one for all
         cameras, whose numbers have one meaning. Raises SensorValueError as `CameraSensor.get_data` does.
         """
-        (name,) = _checked(name)
-        found = [sensor.get_data(name) for sensor in self.sensors]
+        (annotator,) = _checked(annotator)
+        found = [sensor.get_data(annotator) for sensor in self.sensors]
         if any(data is None for data, _ in found):
             return None, {}
         images = np.stack([data for data, _ in found])

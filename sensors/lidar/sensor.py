@@ -23,14 +23,14 @@ class LidarSensor(PointSensor[Lidar]):
 
     def __init__(
         self,
-        lidar: Lidar | str,
+        path: Lidar | str,
         *,
         annotators: str | Iterable[str] | None = None,
         writers: str | Iterable[str] | None = None,
         render_vars: Iterable[str] | None = None,
         app: App | None = None,
     ) -> None:
-        super().__init__(lidar, annotators, writers, render_vars, app)
+        super().__init__(path, annotators, writers, render_vars, app)
 
     @property
     def lidar(self) -> Lidar:

@@ -23,14 +23,14 @@ class RadarSensor(PointSensor[Radar]):
 
     def __init__(
         self,
-        radar: Radar | str,
+        path: Radar | str,
         *,
         annotators: str | Iterable[str] | None = None,
         writers: str | Iterable[str] | None = None,
         render_vars: Iterable[str] | None = None,
         app: App | None = None,
     ) -> None:
-        super().__init__(radar, annotators, writers, render_vars, app)
+        super().__init__(path, annotators, writers, render_vars, app)
 
     @property
     def radar(self) -> Radar:

@@ -4,7 +4,7 @@ import pytest
 from pxr import Sdf
 
 from graph.sim import App
-from sensors import Acoustic, AcousticSensor, Lidar, LidarSensor, Radar, RadarSensor, RtxCamera
+from sensors import Acoustic, AcousticSensor, CameraSensor, Lidar, LidarSensor, Radar, RadarSensor, RtxCamera
 
 SCANS = "OmniSensorGenericRadarWpmDmatScanCfgAPI"
 AUTHORS = {Lidar: "lidar", Radar: "radar", Acoustic: "acoustic sensor", RtxCamera: "camera"}
@@ -83,3 +83,12 @@ def test_names_of_annotators_are_text_and_each_missing_one_is_told(app):
     sensor.detach_writer("draw-point-cloud")
     told = [warning.message for warning in app.warnings if warning.code == "not-attached"]
     assert told == ["annotator 'generic-model-output' is not attached", "writer 'draw-point-cloud' is not attached"]
+
+
+def test_arguments_have_the_names_of_isaac_sim(app):
+    sensor = RadarSensor(path="/World/Radar", annotators="generic-model-output", app=app)
+    assert sensor.get_data(annotator="generic-model-output")[0] is None
+    assert sensor.attach_writer(writer_name="draw-point-cloud", size=0.2) is not None
+    for kind, path in ((LidarSensor, "/World/Lidar"), (AcousticSensor, "/World/Acoustic")):
+        assert kind(path=path, app=app).authoring_object.path == path
+    assert CameraSensor(path="/World/Camera", resolution=(4, 4), app=app).camera.paths == ["/World/Camera"]
