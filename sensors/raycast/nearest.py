@@ -8,7 +8,8 @@ import numpy as np
 
 from sensors.compiled import compiled
 
-from .rays import NOTHING, Hits, Spots
+from .planes import above_plane, plane_distance
+from .rays import COMMON, NOTHING, Hits, RayBundle, Spots
 from .triangles import TriangleHits
 
 _NO_NORMALS = np.zeros((0, 3), np.float32)
@@ -80,13 +81,15 @@ class Nearest:
             triangle = np.where(found.triangle == NOTHING, NOTHING, found.triangle - start)
             self._spots = Spots(triangle, found.uv.copy() if kept else found.uv)
 
-    def add_plane(self, distance: np.ndarray, normal: np.ndarray, surface: int) -> None:
-        """Distances (n,) of all rays to one flat surface."""
+    def add_plane(self, rays: RayBundle, origin: np.ndarray, normal: np.ndarray, surface: int) -> None:
+        """Adds what all rays hit of an infinite plane through a point (3,) float64 [m]; normal: (3,) unit."""
         here = self.distance
         assert self._number is not None
         into, vectors = self._spots or _NO_SPOTS, _NO_NORMALS if self._normals is None else self._normals
-        number = np.uint32(surface) + self._first
-        _add_plane(distance, normal.astype(np.float32), number, here, self._number, vectors, into.triangle, NOTHING)
+        own = np.uint32(surface) + self._first, normal.astype(np.float32)
+        for first, part in rays.each():
+            height, offsets = float((part.origin - origin) @ normal), COMMON if part.offsets is None else part.offsets
+            _add_plane(first, height, offsets, part.table, *own, here, self._number, vectors, into.triangle, NOTHING)
 
     def add_some(
         self,
@@ -114,24 +117,31 @@ class Nearest:
 
 @compiled
 def _add_plane(
-    distance: np.ndarray,
-    normal: np.ndarray,
+    first: int,
+    height: float,
+    offsets: np.ndarray,
+    table: np.ndarray,
     number: np.uint32,
+    normal: np.ndarray,
     nearest: np.ndarray,
     number_of: np.ndarray,
     normal_of: np.ndarray,
     triangle_of: np.ndarray,
     nothing: np.uint32,
 ) -> None:
-    for ray in range(len(distance)):
-        if not distance[ray] < nearest[ray]:
+    above = above_plane(height, offsets, normal, 0)
+    for ray in range(len(table)):
+        if len(offsets) > 1:
+            above = above_plane(height, offsets, normal, ray)
+        distance, at = plane_distance(above, table, normal, ray), first + ray
+        if not distance < nearest[at]:
             continue
-        nearest[ray], number_of[ray] = distance[ray], number
+        nearest[at], number_of[at] = distance, number
         if len(normal_of):
             for axis in range(3):
-                normal_of[ray, axis] = normal[axis]
+                normal_of[at, axis] = normal[axis]
         if len(triangle_of):
-            triangle_of[ray] = nothing
+            triangle_of[at] = nothing
 
 
 @compiled

@@ -15,7 +15,6 @@ from graph.sim.geometry.collect import Mesh, Plane, Solid
 from .moving import MovingSurfaces
 from .near import NEAR_ANCHOR_M, Moving
 from .nearest import Nearest
-from .planes import cast_plane
 from .rays import Hits, RayBundle
 from .soft import PointsOf, SoftMeshes
 from .standing import Standing, excluded
@@ -137,7 +136,7 @@ class CastWorld:
             if index not in scenes.skip:
                 for own, one, _, bodies in looks if self.body_of[index] >= 0 else [(nearest, rays, None, None)]:
                     origin, normal = self.plane(index, bodies)
-                    own.add_plane(_plane_distances(one, origin, normal), normal, index)
+                    own.add_plane(one, origin, normal, index)
         body_poses = [bodies for *_, bodies in looks if bodies is not None]
         if self._moving is not None and body_poses:
             skip = scenes.left_out(self._moving.surfaces)
@@ -212,14 +211,6 @@ class CastWorld:
         """Which surfaces deform, (s + 1,) bool; the last, which `NO_SURFACE` finds, does not."""
         found = [isinstance(one, Mesh) and soft_prim(one, self.soft) is not None for one in self.surfaces]
         return np.array([*found, False])
-
-
-def _plane_distances(rays: RayBundle, origin: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """(n,) float32 [m] from rays to a plane through a point."""
-    parts = [part for _, part in rays.each()]
-    heights = [float((part.origin - origin) @ normal) for part in parts]
-    found = [cast_plane(height, part.offsets, part.table, normal) for height, part in zip(heights, parts, strict=True)]
-    return found[0] if len(found) == 1 else np.concatenate(found)
 
 
 def soft_prim(surface: Mesh, soft: frozenset[str]) -> str | None:
