@@ -8,14 +8,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from .lines import MOST_ZONES, along_lines
 from .planes import FADED
 from .rays import Tubes
 from .scattering import Arrivals
 from .setting import Setting
 from .waves import Met
-
-SIDE_LOBES = 8.0 * np.pi
-"""Over the squared width of a tube times that of 2 L / wavelength: twice a tube is then one deviation of the lobe."""
 
 
 def curved(setting: Setting, tubes: Tubes, met: Met) -> list[Arrivals]:
@@ -24,7 +22,7 @@ def curved(setting: Setting, tubes: Tubes, met: Met) -> list[Arrivals]:
         return []
     each, antenna = met.each, setting.antenna
     row, back, group = each["row"], each["back"].T, _surface_keys(setting, met)
-    power = _glint(setting, tubes, met, _middle_ways(setting, met)) / each["out"] ** 2
+    power = _glint(setting, tubes, met, _middle_ways(setting, met), each["out"]) / each["out"] ** 2
     range_m, rate = (each["way"] + each["out"]) / 2, (each["coming"] + each["going"]) / 2
     azimuth = back[1] / np.maximum(np.hypot(back[0], back[1]), 1e-12)
     first = power * np.take(tubes.sends, row) * antenna.hears(back)
@@ -42,7 +40,7 @@ def curved_again(setting: Setting, tubes: Tubes, met: Met) -> list[Arrivals]:
         return []
     each = met.each
     way, row, passed = each["way"], each["row"], np.abs(each["field"]) ** 2
-    power = _glint(setting, tubes, met, -each["direction"]) * passed / way**2
+    power = _glint(setting, tubes, met, -each["direction"], way) * passed / way**2
     power *= np.take(tubes.sends, row) * np.take(tubes.hears, row)
     power *= way < setting.seen
     own, group = (tubes.azimuth[row], tubes.elevation[row]), _surface_keys(setting, met)
@@ -51,21 +49,24 @@ def curved_again(setting: Setting, tubes: Tubes, met: Met) -> list[Arrivals]:
 
 def _bent(setting: Setting, tubes: Tubes, met: Met, back: np.ndarray) -> Met:
     """Those that are met within reach of their lobes; back: (k, 3), the ways back."""
-    each, (wide, bend) = met.each, setting.planes.widths(setting.antenna.wavelength)
+    each, (wide, bend, square) = met.each, setting.planes.widths(setting.antenna.wavelength)
     row, plane, ways = each["row"], each["face"], 1.0 + _dot(each["direction"], back)
     sine = ways / 2.0 - (each["slope"] + _dot(met.faces.normal[plane], back)) ** 2 / 4.0
     solid = tubes.width[row] * tubes.height[row] * (each["wide"] ** 2 * FADED / 2.0)
     reach = wide[plane] + solid * (1.0 / 3.0 + bend[plane] * each["way"] ** 2 / each["cosine"])
+    square, most = square[plane], MOST_ZONES * setting.antenna.wavelength * each["way"]
+    reach += np.where(square < most, square / 2.0, 0.0) / each["way"] ** 2
     return met.at(np.flatnonzero(sine < reach))
 
 
-def _glint(setting: Setting, tubes: Tubes, met: Met, ways: np.ndarray) -> np.ndarray:
-    """What faces of curved surfaces receive at 1 m [W m^2] (k,), at gain 1; ways: (k, 3), the middles of both ways.
+def _glint(setting: Setting, tubes: Tubes, met: Met, ways: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """What faces of curved surfaces receive at 1 m [W m^2] (k,), at gain 1; ways: (k, 3), the middles of both ways,
+    ends: (k,) [m], how long the ways back are.
 
     The integral of the lobe over all directions is pi x area, however wide it is. Each tube meets the surface where the
     normal has turned by `bend` from that of the face, and counts as a lobe of at least half its own footprint's turn:
     however many tubes meet a face, they add up to the surface. Where this is straight, as along a cylinder, the lobe is
-    that of a line, sinc squared, as far as tubes are narrow enough to tell its side lobes.
+    that of a line.
     """
     planes, wavelength, each = setting.planes, setting.antenna.wavelength, met.each
     row, plane, cosine = each["row"], each["face"], each["cosine"]
@@ -79,11 +80,20 @@ def _glint(setting: Setting, tubes: Tubes, met: Met, ways: np.ndarray) -> np.nda
     spread += np.einsum("pab,pcb->pac", bend, bend) * (solid * each["way"] ** 2 / (4.0 * cosine))[:, None, None]
     inverse = np.linalg.inv(spread)
     straight = np.take(planes.straight(wavelength), plane, axis=0)
-    straight *= (SIDE_LOBES * solid * (straight**2).sum(axis=1) < 1.0)[:, None]
-    along, length = (straight * across).sum(axis=1), (straight**2).sum(axis=1)
-    across -= straight * (along / np.maximum(length, 1e-300))[:, None]
+    square = (straight**2).sum(axis=1)
+    rows = np.flatnonzero(square)
+    turns, unit = (straight * across).sum(axis=1)[rows], straight[rows] / np.sqrt(square[rows, None])
+    across[rows] -= unit * (unit * across[rows]).sum(axis=1)[:, None]
     lobe = np.exp(-0.5 * np.einsum("pa,pab,pb->p", across, inverse, across)) * np.sqrt(np.linalg.det(inverse))
-    lobe *= np.sinc(along) ** 2
+    if len(rows):
+        length = np.sqrt(square[rows]) * (wavelength / 2.0)
+        near = (1.0 / each["way"] + 1.0 / ends)[rows] / 2.0
+        place = np.einsum("pa,pai,pi->p", unit, axes[rows], place[rows]) / length
+        face = each["image"][rows].astype(np.int64) * len(planes.normal) + plane[rows]
+        coarse, area = (solid * square)[rows], (solid * each["way"] ** 2 / cosine)[rows]
+        lines = along_lines(face, near * length**2 / wavelength, turns, place, coarse, area)
+        # In place of the Gaussian lobe along the line, of deviation 1.
+        lobe[rows] *= lines * np.sqrt(2.0 * np.pi * square[rows] * np.einsum("pa,pab,pb->p", unit, spread[rows], unit))
     left = np.abs(each["field"] * setting.reflections.tables.amplitude[each["table"]]) ** 2
     return np.asarray(setting.antenna.receives * left * tubes.solid[row] * wide * lobe / (2.0 * cosine))
 
@@ -97,13 +107,15 @@ def _surface_keys(setting: Setting, met: Met) -> np.ndarray:
 def _middle_ways(setting: Setting, met: Met) -> np.ndarray:
     """The middles (k, 3) between the ways in and back; of small faces from where their middles are.
 
-    Over a face of less than a Fresnel zone the wave is flat; over a larger one each tube counts by itself.
+    Over a face of less than a Fresnel zone the wave is flat; over a larger one each tube counts by itself, and `line`
+    knows how it bends along a straight one.
     """
     planes, plane = setting.planes, met.each["face"]
     ways = -(met.each["direction"] + met.each["back"]) / 2.0
     if met.bounce == 1:
         size = 12.0 * planes.extent[plane].max(axis=(1, 2))
-        small = np.flatnonzero(size < setting.antenna.wavelength * met.each["out"])
+        lines = planes.widths(setting.antenna.wavelength)[2][plane] > 0
+        small = np.flatnonzero((size < setting.antenna.wavelength * met.each["out"]) & ~lines)
         towards = (setting.pose[:3, 3] - planes.middle[plane[small]]) @ setting.rotation
         ways[small] = towards / np.linalg.norm(towards, axis=1)[:, None]
     return np.asarray(ways)

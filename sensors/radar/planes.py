@@ -63,7 +63,7 @@ class WorldPlanes:
         self._poses: np.ndarray = np.zeros((0, 4, 4))
         self._lobes: dict[float, np.ndarray] = {}
         self._straight: dict[float, np.ndarray] = {}
-        self._widths: dict[float, tuple[np.ndarray, np.ndarray]] = {}
+        self._widths: dict[float, tuple[np.ndarray, ...]] = {}
         self._numbers: tuple[np.ndarray, np.ndarray] | None = None
         self._seen: dict[frozenset[str], np.ndarray] = {}
 
@@ -110,14 +110,15 @@ class WorldPlanes:
         self.lobes(wavelength)
         return self._straight[wavelength]
 
-    def widths(self, wavelength: float) -> tuple[np.ndarray, np.ndarray]:
-        """Squared angles (p,) [rad^2] from a face's normal within which its surface may send anything, and (p,) squares
-        of how much it bends [rad^2/m^2].
+    def widths(self, wavelength: float) -> tuple[np.ndarray, ...]:
+        """Squared angles (p,) [rad^2] from a face's normal within which its surface may send anything, (p,) squares of
+        how much it bends [rad^2/m^2], and of the length [m^2] along which it is straight, else 0.
         """
         if wavelength not in self._widths:
             bend = (self.bend**2).sum(axis=(1, 2))
             lobes, size = (np.trace(each, axis1=1, axis2=2) for each in (self.lobes(wavelength), self.extent))
-            self._widths[wavelength] = FADED * lobes + 6.0 * bend * size, bend
+            straight = (self.straight(wavelength) ** 2).sum(axis=1) * (wavelength / 2.0) ** 2
+            self._widths[wavelength] = FADED * lobes + 6.0 * bend * size, bend, straight
         return self._widths[wavelength]
 
     def at(self, poses: np.ndarray) -> WorldPlanes:

@@ -135,9 +135,34 @@ def test_a_cylinder_from_broadside():
 
 @pytest.mark.parametrize(("tilt", "expected"), [(0.2, -1.40), (0.4, -2.85), (0.6, -5.54), (1.0, -19.71), (2.0, -20.18)])
 def test_the_side_lobes_of_a_cylinder_are_sinc_squared_of_its_length(tilt, expected):
-    """-0.94 dBsm for r = 0.05 m and L = 0.1 m x sinc^2(2 L sin / wavelength); the first null is at 1.117 deg."""
+    """-0.94 dBsm for r = 0.05 m and L = 0.1 m x sinc^2(2 L sin / wavelength); the first null is at 1.117 deg. 80 m
+    away, so that the near field does not fill it."""
     cylinder = {"type": "Cylinder", "radius": 0.05, "height": 0.1, "axis": "Z", "rotate": [0, tilt, 0]}
-    sections, *_ = received({"/World/C": {**cylinder, "translate": [20, 0, 0]}})
+    sections, *_ = received({"/World/C": {**cylinder, "translate": [80, 0, 0]}}, FAR)
+    assert dbsm(sections.sum()) == pytest.approx(expected, abs=0.3)
+
+
+@pytest.mark.parametrize(
+    ("radius", "length", "distance", "expected"),
+    [
+        *((0.05, 0.2, distance, found) for distance, found in ((3, -5.63), (5, 0.78), (10, 4.04), (20, 4.82))),
+        *((0.1, 0.3, distance, found) for distance, found in ((3, -1.86), (5, 2.25), (10, 6.12), (20, 10.30))),
+    ],
+)
+def test_a_cylinder_in_the_near_field_follows_its_fresnel_zones(radius, length, distance, expected):
+    """2 pi r L^2 / wavelength x (C^2 + S^2)(w) / w^2, the Fresnel integrals at w = L / sqrt(wavelength x distance), x
+    distance / (distance + r), by which the circle spreads: w = 1.01 at 10 m for L = 0.2 m, where C = 0.78, S = 0.45."""
+    cylinder = {"type": "Cylinder", "radius": radius, "height": length, "axis": "Z"}
+    sections, *_ = received({"/World/C": {**cylinder, "translate": [distance + radius, 0, 0]}})
+    assert dbsm(sections.sum()) == pytest.approx(expected, abs=0.3)
+
+
+@pytest.mark.parametrize(("tilt", "expected"), [(0.1, 5.78), (0.3, 5.61), (0.5, 4.74), (0.8, 0.15), (1.2, -5.62)])
+def test_a_tilted_cylinder_in_the_near_field_is_the_integral_of_its_phase(tilt, expected):
+    """r = 0.1 m, L = 0.3 m at 10 m: 2 pi r L^2 / wavelength x |mean of exp(-j k (z^2 / distance + 2 z sin))|^2 over its
+    length x distance / (distance + r); by the trapezoidal rule with 20,000 steps."""
+    cylinder = {"type": "Cylinder", "radius": 0.1, "height": 0.3, "axis": "Z", "rotate": [0, tilt, 0]}
+    sections, *_ = received({"/World/C": {**cylinder, "translate": [10.1, 0, 0]}})
     assert dbsm(sections.sum()) == pytest.approx(expected, abs=0.3)
 
 
