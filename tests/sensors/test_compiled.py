@@ -98,6 +98,19 @@ def test_code_is_made_again_when_a_file_of_what_is_inlined_changes(tmp_path):
     assert said == ["42\n", "630\n"]
 
 
+def test_code_is_made_again_when_the_order_of_a_tuples_fields_changes(tmp_path):
+    """Compiled code reads fields by their number; the files differ in length, as above."""
+    before = "import sys; sys.dont_write_bytecode = True"
+    part = "from typing import NamedTuple\n\nclass Part(NamedTuple):\n    {}: float\n    {}: float\n{}"
+    said = []
+    for first, second, rest in (("low", "high", ""), ("high", "low", "\n")):
+        (tmp_path / "part.py").write_text(part.format(first, second, rest))
+        loop = "from part import Part\n\n@compiled\ndef low(part):\n    return part.low\n"
+        more = f"{before}\nfrom loop import low, Part\nprint(low(Part(low=1.0, high=2.0)))"
+        said.append(run_with_a_loop(tmp_path, more, {}, loop).stdout)
+    assert said == ["1.0\n42\n", "1.0\n42\n"]
+
+
 def test_where_no_folder_can_be_written_it_is_compiled_all_the_same(tmp_path):
     (tmp_path / "__pycache__").write_text("a file, where a folder is needed")
     (tmp_path / "home").write_text("another")
