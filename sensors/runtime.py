@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from graph.sim.renderer.sensor import Schedule
 
 Config = TypeVar("Config")
+Sensor = TypeVar("Sensor", bound="SensorRuntime[Any]")
 
 
 @dataclass(slots=True)
@@ -354,3 +355,24 @@ class SensorRuntime(ABC, Generic[Config]):
                 )
                 withheld.add(channel.name)
         return frozenset(withheld)
+
+
+class Model(Generic[Sensor]):
+    """Base of what measures for a sensor in one configuration; a sensor that changes makes a new one.
+
+    The sensor keeps it, so it refers to the sensor weakly, and through it to the App.
+    """
+
+    def __init__(self, sensor: Sensor) -> None:
+        self._weak = weakref.ref(sensor)
+        self._path, self._exclude = sensor.path, sensor.exclude
+
+    @property
+    def _sensor(self) -> Sensor:
+        sensor = self._weak()
+        assert sensor is not None, "a sensor outlives what measures for it"
+        return sensor
+
+    @property
+    def _app(self) -> App:
+        return self._sensor._app

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import weakref
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,8 +10,8 @@ from graph.base.errors import UserError
 from graph.sim.renderer.schedule import Tick
 from graph.sim.settings import CAMERA_TONE, TONE_ACES
 from sensors.raycast.shadows import Shadows
-from sensors.raycast.shared import cast_world, present_app
-from sensors.runtime import Measurement
+from sensors.raycast.shared import cast_world
+from sensors.runtime import Measurement, Model
 
 from .boxes import boxes_of
 from .channels import AROUND, BOX, CROSS, HDR, INSTANCE, LABELLED, LIT, LOOSE, RGB, SEMANTIC, TIGHT
@@ -27,7 +26,6 @@ from .smooth import smooth_surfaces, smoothen
 from .view import View, look
 
 if TYPE_CHECKING:
-    from graph.sim import App
     from sensors.raycast.world import CastWorld
 
     from .drawn import DrawnCamera
@@ -43,13 +41,12 @@ MOST_HALF = 65504.0
 BOXES = frozenset({TIGHT, LOOSE, BOX, AROUND})
 
 
-class Imager:
+class Imager(Model["CameraRuntime"]):
     """Makes the images of one camera as it is configured now; it keeps the rays of its lens and what it drew with."""
 
-    def __init__(self, app: App, camera: CameraRuntime) -> None:
-        self._owner, self._of = weakref.ref(app), weakref.ref(camera)  # the App keeps the camera, which keeps this
-        self._config, self._path, self._exclude = camera.config, camera.path, camera.exclude
-        self._history = camera.history
+    def __init__(self, camera: CameraRuntime) -> None:
+        super().__init__(camera)
+        self._config, self._history = camera.config, camera.history
         self._number = 0
         self._numbers = PixelNumbers()
         self._rays: CameraRays | None = None
@@ -57,16 +54,6 @@ class Imager:
         self._drawn: DrawnCamera | None = None
         self._before: Instant | None = None
         self._between: tuple[CastWorld, frozenset[str], Shadows] | None = None
-
-    @property
-    def _app(self) -> App:
-        return present_app(self._owner)
-
-    @property
-    def _camera(self) -> CameraRuntime:
-        camera = self._of()
-        assert camera is not None, "a camera outlives what makes its images"
-        return camera
 
     def reset(self) -> None:
         """Forgets where everything was."""
@@ -77,15 +64,15 @@ class Imager:
         """The image of a tick, the frame `number`."""
         self._number = number
         width, height = self._config.size
-        wanted, images, pose = self._camera.channels(), [], None
+        wanted, images, pose = self._sensor.channels(), [], None
         if wanted & DRAWN and self._draws():
-            pose = self._camera.pose(tick.poses)
+            pose = self._sensor.pose(tick.poses)
             images, wanted = self._draw(tick, pose, wanted & DRAWN), wanted - DRAWN
         if wanted:
             pose, cast = self._cast(tick, wanted)
             images += cast
         elif pose is None:
-            pose = self._camera.pose(tick.poses)
+            pose = self._sensor.pose(tick.poses)
         arrays = {
             name: array if name in BOXES else array.reshape(height, width, *array.shape[1:]) for name, array in images
         }
@@ -99,7 +86,7 @@ class Imager:
 
     def _colours(self) -> Pictures:
         if self._pictures is None:
-            self._pictures = Pictures(self._path, self._config, self._exclude, self._camera.samples())
+            self._pictures = Pictures(self._path, self._config, self._exclude, self._sensor.samples())
         return self._pictures
 
     def _draws(self) -> bool:
@@ -166,7 +153,7 @@ class Imager:
         self, world: CastWorld, tick: Tick, lines: LineExposure | None, *, normals: bool, spots: bool
     ) -> tuple[np.ndarray, View]:
         """The pose, (4, 4) float64 [m], and what is seen: with the cameras of the group if it can be."""
-        camera = self._camera
+        camera = self._sensor
         together = camera.group and camera.group.view(camera, world, tick, normals=normals, spots=spots)
         if together:
             return together
@@ -229,8 +216,8 @@ class Imager:
     def _motion(self, view: View, tick: Tick) -> np.ndarray:
         world = cast_world(self._app)
         bodies = world.body_poses(tick.poses)
-        now = Instant(world, self._camera.pose(tick.poses), None if bodies is None else bodies.copy())
+        now = Instant(world, self._sensor.pose(tick.poses), None if bodies is None else bodies.copy())
         before = self._before
-        if "motion_vectors" in self._camera.requested():
+        if "motion_vectors" in self._sensor.requested():
             self._before = now
         return motion_vectors(self._config.lens, view, before, now)

@@ -90,5 +90,5 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
         if self._imager is None:
             from .imager import Imager  # with all that casts and shades; a check needs none of it
 
-            self._imager = Imager(self._app, self)
+            self._imager = Imager(self)
         return self._imager.measure(tick, self._frames)

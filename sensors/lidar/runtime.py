@@ -138,7 +138,7 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
         if self._scans is None:
             from .scans import Scans  # with all that casts and measures; a check needs none of it
 
-            self._scans = Scans(self._app, self)
+            self._scans = Scans(self)
         return self._scans
 
     def _warn_partial(self) -> None:

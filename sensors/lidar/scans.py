@@ -22,7 +22,7 @@ from sensors.raycast.shared import (
     surface_materials,
     surface_optics,
 )
-from sensors.runtime import Measurement
+from sensors.runtime import Measurement, Model
 
 from .bins import Bins
 from .noise import Noise
@@ -32,8 +32,6 @@ from .returns import Shot
 from .scan import Scanner
 
 if TYPE_CHECKING:
-    from graph.sim import App
-
     from .runtime import LidarRuntime
 
 
@@ -47,27 +45,16 @@ class _Turn:
     end: np.ndarray = field(default_factory=lambda: np.eye(4))
 
 
-class Scans:
+class Scans(Model["LidarRuntime"]):
     """The scans of one lidar as it is configured now: unfinished ones, and the scanners of its turns."""
 
-    def __init__(self, app: App, lidar: LidarRuntime) -> None:
-        self._owner, self._of = weakref.ref(app), weakref.ref(lidar)  # the App keeps the lidar, which keeps this
-        self._path, self._config, self._exclude, self._history = lidar.path, lidar.config, lidar.exclude, lidar.history
-        self._turns = lidar.turns
-        continuous = app.fidelity.lidar_motion == "continuous"
-        self._bins = Bins(app, lidar.path, lidar.turns) if continuous else None
+    def __init__(self, lidar: LidarRuntime) -> None:
+        super().__init__(lidar)
+        self._config, self._history, self._turns = lidar.config, lidar.history, lidar.turns
+        continuous = self._app.fidelity.lidar_motion == "continuous"
+        self._bins = Bins(self._app, lidar.path, lidar.turns) if continuous else None
         self._scanners: OrderedDict[int, Scanner] = OrderedDict()
         self._unfinished: dict[int, _Turn] = {}
-
-    @property
-    def _app(self) -> App:
-        return present_app(self._owner)
-
-    @property
-    def _lidar(self) -> LidarRuntime:
-        lidar = self._of()
-        assert lidar is not None, "a lidar outlives its scans"
-        return lidar
 
     def reset(self) -> None:
         """Drops unfinished scans."""
@@ -76,7 +63,7 @@ class Scans:
     def advance(self, start: Fraction, end: Fraction, poses: Any) -> None:
         """Casts the firings in [start, end) with the state `poses`, for the scans they belong to."""
         oldest = end // self._turns.period - 1
-        pose = self._lidar.pose(poses)
+        pose = self._sensor.pose(poses)
         for turn, rows in self._turns.slices(start, end, whole_turns=1):
             if turn >= oldest:
                 self._add(turn, rows, pose, poses)
@@ -85,35 +72,35 @@ class Scans:
 
     def measure(self, tick: Tick) -> Measurement:
         """The scan of a tick, or a part of one; of one state without a cast, and empty, if nothing is requested."""
-        unread = not self._lidar.requested() and self._bins is None and not self._lidar.wants_updates
+        unread = not self._sensor.requested() and self._bins is None and not self._sensor.wants_updates
         found = None if unread and self._app.prune else self._cast(tick)
         if found is not None and not unread:
             return found
-        pose = self._lidar.pose(tick.poses)
-        return self._measured(_Turn(start=pose, end=pose), tick, complete=self._lidar.whole)
+        pose = self._sensor.pose(tick.poses)
+        return self._measured(_Turn(start=pose, end=pose), tick, complete=self._sensor.whole)
 
     def _cast(self, tick: Tick) -> Measurement:
-        if isinstance(self._lidar.schedule, EveryUpdate):
+        if isinstance(self._sensor.schedule, EveryUpdate):
             return self._measured(self._partial_scan(tick), tick, complete=False)
         turn = tick.index - 1
         firings = len(self._turns.pattern(turn))
         if self._bins is not None:
             scan = self._continuous_scan(tick.start, tick.end, [(turn, slice(0, firings))])
         else:
-            scan = self._unfinished.pop(turn, _Turn()) if self._lidar.wants_updates else self._frozen_scan(tick)
+            scan = self._unfinished.pop(turn, _Turn()) if self._sensor.wants_updates else self._frozen_scan(tick)
         return self._measured(scan, tick, complete=scan.firings == firings)
 
     def _measured(self, scan: _Turn, tick: Tick, *, complete: bool) -> Measurement:
         parts = scan.parts
         count = sum(int(part.pop("count")) for part in parts)
         if not parts:
-            arrays = {name: CHANNELS[name].empty() for name in self._lidar.requested() if name in CHANNELS}
+            arrays = {name: CHANNELS[name].empty() for name in self._sensor.requested() if name in CHANNELS}
         elif len(parts) == 1:
             arrays = parts[0]
         else:
             names = set.intersection(*(set(part) for part in parts))
             arrays = {name: np.concatenate([part[name] for part in parts]) for name in names}
-        ends = self._lidar.ends(tick) if self._history is not None else (scan.start, scan.end)
+        ends = self._sensor.ends(tick) if self._history is not None else (scan.start, scan.end)
         return Measurement(arrays, count, ends, complete)
 
     def _scanner(self, turn: int) -> Scanner:
@@ -128,11 +115,12 @@ class Scans:
 
     def _scan(self, shot: Shot) -> dict[str, np.ndarray]:
         """The channels of a shot that are requested now, and their "count"."""
-        found = self._scanner(shot.turn).scan(shot, self._lidar.channels())
-        return found if self._app.prune else {**self._lidar.kept(found), "count": found["count"]}
+        found = self._scanner(shot.turn).scan(shot, self._sensor.channels())
+        return found if self._app.prune else {**self._sensor.kept(found), "count": found["count"]}
 
     def _new_scanner(self, pattern: Pattern) -> Scanner:
-        app, weak, config = self._app, self._owner, self._config
+        app, config = self._app, self._config
+        weak = weakref.ref(app)
         return Scanner(
             pattern,
             lambda: cast_world(present_app(weak)),
@@ -153,7 +141,7 @@ class Scans:
         )
 
     def _frozen_scan(self, tick: Tick) -> _Turn:
-        pose, turn = self._lidar.pose(tick.poses), tick.index - 1
+        pose, turn = self._sensor.pose(tick.poses), tick.index - 1
         firings = len(self._scanner(turn).pattern)
         part = self._scan(Shot(slice(0, firings), pose, tick.poses, turn=turn))
         return _Turn([part], firings, pose, pose)
@@ -163,7 +151,7 @@ class Scans:
         scan = _Turn()
         shots, scan.start, scan.end = self._bins.shots(start, end, slices)
         for shot in shots:
-            shot.common = scan.end if self._lidar.compensates and shot.moves is not None else None
+            shot.common = scan.end if self._sensor.compensates and shot.moves is not None else None
             scan.parts.append(self._scan(shot))
             scan.firings += shot.rows.stop - shot.rows.start
         return scan
@@ -174,10 +162,10 @@ class Scans:
         scan.firings += rows.stop - rows.start
 
     def _partial_scan(self, tick: Tick) -> _Turn:
-        start, end = self._lidar.interval(tick)
+        start, end = self._sensor.interval(tick)
         slices = self._turns.slices(start, end)
         if self._bins is not None:
             return self._continuous_scan(start, end, slices)
-        period, stamp, pose = self._turns.period, nanoseconds(start), self._lidar.pose(tick.poses)
+        period, stamp, pose = self._turns.period, nanoseconds(start), self._sensor.pose(tick.poses)
         shots = [Shot(rows, pose, tick.poses, nanoseconds(turn * period) - stamp, turn=turn) for turn, rows in slices]
         return _Turn([self._scan(shot) for shot in shots], 0, pose, pose)

@@ -97,5 +97,5 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
         if self._scans is None:
             from .scans import Scans  # with all that traces and detects; a check needs none of it
 
-            self._scans = Scans(self._app, self)
+            self._scans = Scans(self)
         return self._scans

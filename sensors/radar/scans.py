@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import weakref
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -15,11 +14,11 @@ from sensors.gmo import ElementFlags
 from sensors.motion.velocities import twists_at
 from sensors.output_frame import custom_frame
 from sensors.raycast.rays import RayBundle, RayMemory, turn
-from sensors.raycast.shared import cast_world, present_app, surface_materials
+from sensors.raycast.shared import cast_world, surface_materials
 from sensors.raycast.standing import excluded
 from sensors.raycast.windows import RayGrid
 from sensors.raycast.world import CastWorld
-from sensors.runtime import Measurement
+from sensors.runtime import Measurement, Model
 
 from .antenna import Antenna
 from .config import ScanConfig
@@ -34,8 +33,6 @@ from .setting import Setting
 from .tracing import Tracer
 
 if TYPE_CHECKING:
-    from graph.sim import App
-
     from .runtime import RadarRuntime
 
 
@@ -75,32 +72,21 @@ class _Fan:
             self.memory.forget()
 
 
-class Scans:
+class Scans(Model["RadarRuntime"]):
     """The scans of one radar as it is configured now: their rays, and what these brought back while nothing moved."""
 
-    def __init__(self, app: App, radar: RadarRuntime) -> None:
-        self._owner, self._of = weakref.ref(app), weakref.ref(radar)  # the App keeps the radar, which keeps this
-        self._path, self._config, self._exclude = radar.path, radar.config, radar.exclude
-        config = radar.config
+    def __init__(self, radar: RadarRuntime) -> None:
+        super().__init__(radar)
+        self._config = config = radar.config
         self._custom = custom_frame(config.output_frame_of_reference, config.custom_frame_of_reference_trafo)
         self._fans: dict[int, _Fan] = {}
-
-    @property
-    def _app(self) -> App:
-        return present_app(self._owner)
-
-    @property
-    def _radar(self) -> RadarRuntime:
-        radar = self._of()
-        assert radar is not None, "a radar outlives its scans"
-        return radar
 
     def measure(self, tick: Tick, frame: int) -> Measurement:
         """The detections of the scan whose turn it is in a frame of this number."""
         cycle, number = divmod(frame, len(self._config.scans))
         scan = self._config.scans[number]
         facts = {"sensorID": 0, "scanIdx": number, "cycleCnt": cycle, **limits(Grid.of(scan, cycle))}
-        if not self._radar.channels():
+        if not self._sensor.channels():
             return Measurement({}, 0, facts=facts)
         cube = self.cube(tick, number, cycle)
         noise = Noise(self._app.seed, self._path, frame)
@@ -120,7 +106,7 @@ class Scans:
                 "cfarMinVal or the first of rcsTuningCoefficients",
             )
         return Measurement(
-            self._arrays(found, scan, tick), len(found.rcs) if self._radar.requested() else 0, facts=facts
+            self._arrays(found, scan, tick), len(found.rcs) if self._sensor.requested() else 0, facts=facts
         )
 
     def cube(self, tick: Tick, number: int, cycle: int) -> Cube:
@@ -185,14 +171,14 @@ class Scans:
             twists=self._twists(world, tick.poses),
             antenna=self._antenna(scan),
             reach=scan.max_range_m,
-            bounces=self._radar.bounces,
-            pose=self._radar.pose(tick.poses),
+            bounces=self._sensor.bounces,
+            pose=self._sensor.pose(tick.poses),
             poses=tick.poses,
             exclude=self._exclude,
         )
 
     def _twists(self, world: CastWorld, poses: Any) -> Twists:
-        app, place = self._app, self._radar.pose(poses)[:3, 3]
+        app, place = self._app, self._sensor.pose(poses)[:3, 3]
         carrier, state = app.fabric.body_of(self._path), poses or app.fabric.capture()
         bodies = twists_at(app, (*world.bodies, *((carrier,) if carrier else ())), place, state).T.astype(np.float64)
         return Twists.of(bodies[: len(world.bodies)], bodies[-1] if carrier else None)
@@ -240,7 +226,7 @@ class Scans:
 
     def _arrays(self, found: Detections, scan: ScanConfig, tick: Tick) -> dict[str, np.ndarray]:
         """The requested channels."""
-        wanted, count = self._radar.channels(), len(found.rcs)
+        wanted, count = self._sensor.channels(), len(found.rcs)
         azimuth = np.rad2deg(found.azimuth).astype(np.float32)
         elevation = np.rad2deg(found.elevation).astype(np.float32)
         distance = found.range_m.astype(np.float32)
@@ -266,7 +252,7 @@ class Scans:
     def _to_output(self, tick: Tick) -> np.ndarray | None:
         """(4, 4) from the sensor frame to the one given out; None where that is it."""
         if self._config.output_frame_of_reference == "WORLD":
-            return self._radar.pose(tick.poses)
+            return self._sensor.pose(tick.poses)
         return self._custom
 
 
