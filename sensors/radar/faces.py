@@ -23,6 +23,9 @@ LEAST_M, MOST_M = 2e-6, 5e-5
 TURNED = 1.0 - 5e-4
 """Cosine of the angle (32 mrad) beyond which two faces are not one plane, however small they are."""
 
+SEAM = 4.0
+"""A face so many times as long as its neighbour does not bend where they meet: a rounding, or the cap of a rod."""
+
 POLE = 8
 """More faces than these around a vertex make it a pole."""
 
@@ -100,7 +103,7 @@ def faces_of(vertices: np.ndarray, triangles: np.ndarray) -> Faces:
     poles, polar, around = _around_poles(welded[triangles], of_triangle, normal)
     # A narrow triangle's normal is the surface's half way from the pole, not at two thirds, where its middle is.
     middle[polar] += (vertices[known[poles]] - middle[polar]) / 4.0
-    turned, bent, apart, neighbours = _turns(of_triangle[shared], normal, middle, (polar, around))
+    turned, bent, apart, neighbours = _turns(of_triangle[shared], normal, middle, moment, (polar, around))
     bent, apart = _projected(bent, axes), _projected(apart, axes)
     least = 1e-6 * np.trace(apart, axis1=1, axis2=2) + 1e-30
     share = SPREAD * np.minimum(1.0, 4.0 / np.maximum(neighbours, 1))
@@ -255,31 +258,36 @@ def _together(count: int, one: np.ndarray, two: np.ndarray) -> np.ndarray:
 
 
 def _turns(
-    pairs: np.ndarray, normal: np.ndarray, middle: np.ndarray, polar: tuple[np.ndarray, np.ndarray]
+    pairs: np.ndarray, normal: np.ndarray, middle: np.ndarray, moment: np.ndarray, polar: tuple[np.ndarray, np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Sums over the smooth edges of each plane, (p, 3, 3) each: of the turns of the normal, each squared, of turn times
     step, and of the steps from middle to middle, each squared; and their (p,) number.
 
-    pairs: (2, e) planes at each edge; polar: planes around poles, and their turns, of `_around_poles`.
+    A face that is longer than a neighbour by `SEAM` does not bend there, and the neighbour on its own length alone.
+
+    pairs: (2, e) planes at each edge; moment: (p, 3, 3) [m^2] of their areas; polar: planes around poles, and their
+    turns, of `_around_poles`.
     """
     one, two = pairs
     cosine = np.einsum("ij,ij->i", normal[one], normal[two])
     smooth = (cosine > SMOOTH) & (cosine < FLAT)
-    one, two = one[smooth], two[smooth]
+    one, two = np.concatenate((pairs[:, smooth], pairs[::-1, smooth]), axis=1)
     turn, step = normal[two] - normal[one], middle[two] - middle[one]
-    count, both = len(normal), np.concatenate((one, two))
+    long, beside = (np.sqrt(np.einsum("ei,eij,ej->e", turn, moment[of], turn)) for of in (one, two))
+    step = step * np.where(beside > SEAM * long, 2.0 * long / (long + beside), 1.0)[:, None]
+    own = np.flatnonzero(long <= SEAM * beside)
+    one, turn, step = one[own], turn[own], step[own]
+    count = len(normal)
 
-    def summed(values: np.ndarray, of: np.ndarray) -> np.ndarray:
-        columns = [np.bincount(of, column, count) for column in values.reshape(-1, 9).T]
+    def summed(first: np.ndarray, second: np.ndarray, of: np.ndarray) -> np.ndarray:
+        columns = [np.bincount(of, first[:, i] * second[:, j], count) for i in range(3) for j in range(3)]
         return np.stack(columns, 1).reshape(count, 3, 3)
 
-    def twice(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-        return np.tile(first[:, :, None] * second[:, None], (2, 1, 1))
-
     of, around = polar
-    turned = summed(np.concatenate((twice(turn, turn), around)), np.concatenate((both, of)))
-    number = np.bincount(both, minlength=count) + np.bincount(of, minlength=count)
-    return turned, summed(twice(turn, step), both), summed(twice(step, step), both), number
+    turned = summed(turn, turn, one)
+    turned += np.stack([np.bincount(of, column, count) for column in around.reshape(-1, 9).T], 1).reshape(-1, 3, 3)
+    number = np.bincount(one, minlength=count) + np.bincount(of, minlength=count)
+    return turned, summed(turn, step, one), summed(step, step, one), number
 
 
 def _around_poles(
