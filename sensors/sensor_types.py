@@ -48,6 +48,7 @@ class SensorType:
     - channels: what it can measure; new ones join `CHANNELS`.
     - annotators, writers: its own, beside those for all sensors.
     - attributes: those of its prims that no USD schema declares: name -> USD value type, such as "double".
+    - aux_levels: the values that aux_output_level of its prims may have.
     - example: keys of a prim that measures something, as a graph file has them after `type`; for generated examples.
     - check: lines about what is wrong with a prim, before anything runs.
     - author(prim, config, variant, roots=, base=): writes a named configuration, the key `config` of a prim in a graph
@@ -66,6 +67,7 @@ class SensorType:
     annotators: Sequence[AnnotatorType] = ()
     writers: Mapping[str, WriterSpec] = field(default_factory=dict)
     attributes: Mapping[str, str] = field(default_factory=dict)
+    aux_levels: Sequence[str] = ("NONE", "BASIC", "EXTRA", "FULL")
     example: str = ""
     check: Callable[[Usd.Prim], Iterable[str]] = lambda prim: ()
     author: Callable[..., None] | None = None

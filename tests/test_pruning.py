@@ -19,6 +19,7 @@ from graph.sim.physics import MUJOCO
 from graph.sim.state import prim_poses
 from sensors.raycast import triangles
 from sensors.raycast.shared import cast_world
+from sensors.sensor_types import sensor_type
 from tests.support.lidar_texts import LIDAR_AND_CLOCK
 from tests.support.lidar_worlds import add_box, add_lidar, define_lidar, rotary, weightless
 
@@ -282,7 +283,8 @@ def graph_file(drawn):
         path = f"/World/{'Car/' if sensor['carried'] else ''}Sensor{number}"
         prims[path] = {"type": sensor["type"], "translate": [0, 0, 1], **keys}
         if sensor["type"] != "Camera":
-            prims[path]["aux_output_level"] = sensor["aux"]
+            levels = sensor_type(sensor["type"]).aux_levels
+            prims[path]["aux_output_level"] = sensor["aux"] if sensor["aux"] in levels else levels[-1]
         if sensor["made"]:
             size = {"width": 32, "height": 24} if sensor["type"] == "Camera" else {}
             nodes[f"product{number}"] = {"type": "IsaacCreateRenderProduct", "inputs": {"cameraPrim": path, **size}}

@@ -13,14 +13,28 @@ from .colours import indices, picture
 SIZE = 700
 """Pixels of the longer side."""
 
+DOTS = 2_000
+"""Pixels that the points of a sparse cloud fill about, so that a radar's thirty detections can be seen."""
+
+LARGEST_DOT = 7
+"""Pixels of a point's side at most."""
+
 
 def top_view(places: Floats, low: Floats, high: Floats) -> Any:
-    """x to the right, y up, the highest point of each pixel by its height; low, high (3,): what the picture spans."""
+    """x to the right, y up, the highest point of each pixel by its height; low, high (3,): what the picture spans.
+
+    A point is a square of pixels, the larger the fewer there are.
+    """
     span = np.maximum(high - low, 1e-6)
     step = max(span[0], span[1]) / SIZE
     width, height = (max(1, int(np.ceil(span[axis] / step))) for axis in (0, 1))
     column = np.clip(((places[:, 0] - low[0]) / step).astype(np.int64), 0, width - 1)
     row = np.clip(((high[1] - places[:, 1]) / step).astype(np.int64), 0, height - 1)
+    side = int(np.clip(np.sqrt(DOTS / max(1, len(places))), 1, LARGEST_DOT))
     image = np.full(width * height, -np.inf)
-    np.maximum.at(image, row * width + column, places[:, 2])
+    for down in range(side):
+        for right in range(side):
+            rows = np.clip(row + down - side // 2, 0, height - 1)
+            columns = np.clip(column + right - side // 2, 0, width - 1)
+            np.maximum.at(image, rows * width + columns, places[:, 2])
     return picture(indices(image.reshape(height, width), float(low[2]), float(high[2])))

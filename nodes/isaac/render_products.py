@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sized
 from dataclasses import dataclass
 
 from graph.base.errors import UserError
@@ -17,8 +17,12 @@ class _Made:
     own: bool = False
 
 
+def _one_prim(found: Sized) -> str:
+    return f"names {len(found)} prims; give it the path of one sensor prim"
+
+
 def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
-    """The size of a camera's pictures, where the file gives all of it."""
+    """More than one sensor, and a size without pixels, where the file gives all of it."""
     from graph.sim.scene.prim_paths import prim_at
     from sensors.camera import names
     from sensors.camera.config import checked_size
@@ -27,6 +31,8 @@ def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
     if any(db.connected(f"inputs:{name}") for name in ("width", "height", "cameraPrim", "renderProductPrim")):
         return
     cameras = [str(path) for path in db.inputs.cameraPrim]
+    if len(cameras) > 1:
+        yield "cameraPrim", _one_prim(cameras)
     given = next((name for name in ("width", "height") if name in node.given), None)
     if given is None or len(cameras) != 1:
         return
@@ -70,7 +76,7 @@ def create_render_product(db: Database) -> bool:
             db.lack(f"there is no render product {memory.path}; clear renderProductPrim or correct it")
     else:
         if len(inputs.cameraPrim) != 1:
-            db.lack(f"input cameraPrim names {len(inputs.cameraPrim)} prims; give it the path of one sensor prim")
+            db.lack(f"input cameraPrim {_one_prim(inputs.cameraPrim)}")
         wanted = (str(inputs.cameraPrim[0]), inputs.width, inputs.height)
         if wanted != memory.wanted or memory.path not in rendering.products:
             _make(db, wanted)

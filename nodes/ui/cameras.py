@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from graph.node import Attribute, Database, node_type
-from nodes.data.stage_prims import find_prim, only_target
+from nodes.data.stage_prims import find_prim, path_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -132,8 +132,7 @@ def set_camera_target(db: Database) -> bool:
 
 def _camera(db: Database) -> tuple[str, Any]:
     """Path and prim of the camera that the inputs name; None, with a warning, if it does not exist."""
-    inputs = db.inputs
-    path = str(inputs.primPath if inputs.usePath else only_target(db, "prim", inputs.prim))
+    path = path_of(db)
     return path, find_prim(db, path)
 
 

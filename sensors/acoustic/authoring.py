@@ -8,7 +8,7 @@ from typing import Any
 from sensors.sensor_prim import SensorPrim
 
 from .config import AcousticConfig, read_config
-from .names import API, GROUP_API, GROUP_PREFIX, MOUNT_API, MOUNT_PREFIX, PRIM_TYPE
+from .names import API, AUX_LEVELS, GROUP_API, GROUP_PREFIX, MOUNT_API, MOUNT_PREFIX, PRIM_TYPE
 
 SUPPORTED_ACOUSTIC_CONFIGS: dict[str, list[Any]] = {}
 """Shipped configurations: none, as in Isaac Sim."""
@@ -27,7 +27,7 @@ class Acoustic(SensorPrim):
 
     prim_type = PRIM_TYPE
     schema = API
-    aux_levels = ("NONE", "BASIC")
+    aux_levels = AUX_LEVELS
     word = "acoustic sensor"
 
     @property

@@ -8,6 +8,7 @@ from sensors.channels import Channel
 
 PRIM_TYPE = "OmniAcoustic"
 MODALITY = "ACOUSTIC"
+AUX_LEVELS = ("NONE", "BASIC")
 API = "OmniSensorGenericAcousticWpmAPI"
 PREFIX = "omni:sensor:WpmAcoustic:"
 MOUNT_API, MOUNT_PREFIX = "OmniSensorWpmAcousticSensorMountAPI", f"{PREFIX}sensorMount:"

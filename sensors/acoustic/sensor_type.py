@@ -11,7 +11,7 @@ from sensors.prim import read_tick_rate, reading_problems
 from sensors.sensor_types import SensorType, register_sensor_type
 
 from .config import read_config
-from .names import MODALITY, OWN_CHANNELS, PRIM_TYPE
+from .names import AUX_LEVELS, MODALITY, OWN_CHANNELS, PRIM_TYPE
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -61,6 +61,7 @@ register_sensor_type(
         _runtime,
         modality=MODALITY,
         channels=(*OWN_CHANNELS, *(CHANNELS[name] for name in ("scalar", "timeOffsetNs", "flags"))),
+        aux_levels=AUX_LEVELS,
         check=_check,
         facts=_facts,
         rows=_rows,

@@ -11,7 +11,7 @@ from sensors.prim import AUX_CHANNELS, has_sensor_api
 from sensors.sensor_prim import SensorPrim, resolve
 
 from .camera_view import CameraView
-from .names import PRIM_TYPE
+from .names import AUX_LEVELS, PRIM_TYPE
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -32,7 +32,7 @@ class RtxCamera(SensorPrim):
 
     prim_type = PRIM_TYPE
     schema = SENSOR_API
-    aux_levels = ("NONE",)
+    aux_levels = AUX_LEVELS
     word = "camera"
 
     def __init__(self, path: str | Sequence[str], **options: Any) -> None:

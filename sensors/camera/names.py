@@ -4,6 +4,7 @@ from __future__ import annotations
 
 PRIM_TYPE = "Camera"
 MODALITY = "CAMERA"
+AUX_LEVELS = ("NONE",)
 LENS = "omni:lensdistortion:"
 LENS_MODEL = "omni:lensdistortion:model"
 SHUTTER = "omni:rtx:rollingShutter:"

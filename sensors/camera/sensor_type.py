@@ -11,7 +11,7 @@ from sensors.sensor_types import SensorType, register_sensor_type
 
 from .annotators import ANNOTATORS
 from .channels import CHANNELS
-from .names import CROSS_CAMERA, MODALITY, PRIM_TYPE
+from .names import AUX_LEVELS, CROSS_CAMERA, MODALITY, PRIM_TYPE
 from .noise import ATTRIBUTES
 
 if TYPE_CHECKING:
@@ -79,6 +79,7 @@ register_sensor_type(
         channels=CHANNELS,
         annotators=ANNOTATORS,
         attributes={**ATTRIBUTES, CROSS_CAMERA: "string"},
+        aux_levels=AUX_LEVELS,
         check=_check,
         author=_author,
         facts=_facts,

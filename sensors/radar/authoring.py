@@ -12,7 +12,7 @@ from sensors.sensor_prim import SensorPrim, check_type, resolve
 
 from .config import RadarConfig, ScanConfig
 from .configs import author_config
-from .names import API, PREFIX, PRIM_TYPE, SCAN_API, SCAN_PREFIX, attribute_name
+from .names import API, AUX_LEVELS, PREFIX, PRIM_TYPE, SCAN_API, SCAN_PREFIX, attribute_name
 from .prim import read_config
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ class Radar(SensorPrim):
 
     prim_type = PRIM_TYPE
     schema = API
-    aux_levels = ("NONE", "BASIC")
+    aux_levels = AUX_LEVELS
     word = "radar"
 
     @property

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 PRIM_TYPE = "OmniRadar"
 MODALITY = "RADAR"
+AUX_LEVELS = ("NONE", "BASIC")
 API = "OmniSensorGenericRadarWpmDmatAPI"
 SCAN_API = "OmniSensorGenericRadarWpmDmatScanCfgAPI"
 PREFIX = "omni:sensor:WpmDmat:"

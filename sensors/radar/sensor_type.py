@@ -14,7 +14,7 @@ from sensors.sensor_types import SensorType, register_sensor_type
 
 from .annotators import ANNOTATORS
 from .configs import author_config
-from .names import MODALITY, PRIM_TYPE
+from .names import AUX_LEVELS, MODALITY, PRIM_TYPE
 from .prim import read_config
 
 if TYPE_CHECKING:
@@ -86,6 +86,7 @@ register_sensor_type(
         modality=MODALITY,
         channels=(*(CHANNELS[name] for name in CHANNEL_NAMES), BOUNCES),
         annotators=ANNOTATORS,
+        aux_levels=AUX_LEVELS,
         check=_check,
         author=author_config,
         facts=_facts,

@@ -3,6 +3,7 @@
 import pytest
 from pxr import Sdf
 
+from graph.base.errors import UserError
 from graph.sim import App
 from sensors import Acoustic, AcousticSensor, CameraSensor, Lidar, LidarSensor, Radar, RadarSensor, RtxCamera
 
@@ -92,3 +93,14 @@ def test_arguments_have_the_names_of_isaac_sim(app):
     for kind, path in ((LidarSensor, "/World/Lidar"), (AcousticSensor, "/World/Acoustic")):
         assert kind(path=path, app=app).authoring_object.path == path
     assert CameraSensor(path="/World/Camera", resolution=(4, 4), app=app).camera.paths == ["/World/Camera"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "level", "levels"),
+    [("OmniRadar", "FULL", "NONE and BASIC"), ("OmniAcoustic", "EXTRA", "NONE and BASIC"), ("Camera", "BASIC", "NONE")],
+)
+def test_a_level_that_such_a_sensor_does_not_have_is_refused_in_a_file_too(tmp_path, kind, level, levels):
+    file = tmp_path / "g.yaml"
+    file.write_text(f"tickgraph: 1\nscene:\n  prims:\n    /S: {{type: {kind}, aux_output_level: {level}}}\n")
+    with pytest.raises(UserError, match=rf"g.yaml:4:\d+: /S: aux_output_level: {kind} has {levels}, not {level}"):
+        App.from_file(file)

@@ -47,6 +47,10 @@ class SensorPrims(Protocol):
     def attributes(self) -> Mapping[str, str]:
         """Attributes that no schema declares: name -> USD value type."""
 
+    @property
+    def aux_levels(self) -> Sequence[str]:
+        """The values that aux_output_level may have."""
+
 
 @dataclass
 class PrimContext:
@@ -200,6 +204,9 @@ def _aux(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str])
     if keys[name] not in AUX_LEVELS:
         raise ValueError(f"{keys[name]!r} is not one of {', '.join(AUX_LEVELS)}")
     context.require_sensor(prim, "have one")
+    kind = context.sensor_types.get(str(prim.GetTypeName()))
+    if kind is not None and keys[name] not in kind.aux_levels:
+        raise ValueError(f"{prim.GetTypeName()} has {' and '.join(kind.aux_levels)}, not {keys[name]}")
     prim.CreateAttribute(CHANNELS, Sdf.ValueTypeNames.StringArray, custom=True).Set([keys[name]])
 
 

@@ -16,6 +16,7 @@ from graph.view.clouds import CloudPanel
 from graph.view.collecting import collect, points_a_cloud
 from graph.view.thinning import chosen, some
 from graph.view.times import Times, clocks
+from graph.view.top_views import top_view
 from graph.view.values import Series
 
 RUN = """
@@ -191,6 +192,16 @@ def test_values_of_lists_carry_the_names_of_the_message():
         "t": [1.0],
         "lines": [{"name": "position[hip]", "y": [0.5]}, {"name": "position[knee]", "y": [-1.0]}],
     }
+
+
+def test_few_points_are_drawn_as_squares_and_many_as_pixels():
+    """10 m are 700 pixels. 30 points: sqrt(2000 / 30) = 8, at most 7 pixels wide; 2,000 and more: 1."""
+    low, high = np.array([0.0, 0.0, 0.0]), np.array([10.0, 10.0, 1.0])
+    grid = np.stack(np.meshgrid(np.arange(1.0, 7.0), np.arange(2.0, 7.0)), -1).reshape(-1, 2)
+    few = np.column_stack([grid, np.full(30, 0.5)])
+    assert np.count_nonzero(np.asarray(top_view(few, low, high))) == 30 * 7 * 7
+    many = np.column_stack([np.arange(2000) % 50 / 5 + 0.05, np.arange(2000) // 50 / 5 + 0.05, np.ones(2000)])
+    assert np.count_nonzero(np.asarray(top_view(many, low, high))) == 2000
 
 
 def test_an_empty_cloud_has_a_panel_without_points():

@@ -77,3 +77,15 @@ def test_a_size_that_no_picture_has_is_refused_at_its_place_when_the_file_is_ope
     )
     with pytest.raises(UserError, match=r"g.yaml:6:\d+: /G/p.inputs:width: /C: an image of 0 x 9 has no pixels"):
         open_session(file).close()
+
+
+def test_several_sensors_are_refused_at_their_place_when_the_file_is_opened(tmp_path):
+    file = tmp_path / "g.yaml"
+    file.write_text(
+        "tickgraph: 1\nscene: {prims: {/C: {type: Camera}, /D: {type: Camera}}}\ngraphs:\n  /G:\n    nodes:\n"
+        "      p: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: [/C, /D]}}\n"
+    )
+    with pytest.raises(
+        UserError, match=r"g.yaml:6:\d+: /G/p.inputs:cameraPrim: names 2 prims; give it the path of one"
+    ):
+        open_session(file).close()

@@ -105,3 +105,10 @@ def test_a_viewport_shows_the_camera_that_is_set_and_tells_its_frames(world, cam
     assert frames.value("frameNumber") == 3
     with pytest.raises(ComputeError, match="/World/Rig is a Xform; a viewport shows a Camera"):
         run_node("SetActiveViewportCamera", inputs={"primPath": "/World/Rig"}, pulses={"execIn": [0]}, app=app)
+
+
+@pytest.mark.parametrize("node", ["SetCameraPosition", "SetCameraTarget"])
+def test_a_camera_that_usepath_hides_is_not_moved_in_silence(world, camera, node):
+    """usePath is on by default, as in the product: then primPath names the camera, and it is empty."""
+    with pytest.raises(ComputeError, match="input primPath is empty; give it the path of a prim, or clear usePath"):
+        run_node(node, inputs={"prim": [camera]}, pulses={"execIn": [0]}, app=world())
