@@ -107,7 +107,7 @@ class Scanner:
         """The requested channels, each with one row per return, in the order of the pattern. Always has "count"."""
         optics = self._optics() if self._receiver is not None else None
         if optics is not None and (self._echoing or optics.has_glass):
-            return self._all_echoes(shot, channels, optics).arrays(channels)
+            return self._all_echoes(shot, optics).arrays(channels)
         return self._single_returns(shot, channels, optics).arrays(channels)
 
     def _single_returns(self, shot: Shot, channels: frozenset[str], optics: Optics | None) -> Returns:
@@ -126,7 +126,7 @@ class Scanner:
         reflected = None if lit is None else light
         return self._returns(shot, hits, index, aim, reflected, valid if self._keep_invalid else None)
 
-    def _all_echoes(self, shot: Shot, channels: frozenset[str], optics: Optics) -> Returns:
+    def _all_echoes(self, shot: Shot, optics: Optics) -> Returns:
         """All hits of the sub-rays of beams, through glass too, grouped into echoes."""
         assert self._receiver is not None
         sub = self._sub

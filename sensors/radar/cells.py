@@ -35,20 +35,7 @@ class Cells:
         """The cells for loops over values."""
         return self.low, self.width, self.count
 
-    def index(self, values: np.ndarray) -> np.ndarray:
-        """Index of the cell of each value, int64; outside values give indices below 0 or from `count`."""
-        return np.asarray(np.floor((values - self.low) / self.width).astype(np.int64))
-
     def centre(self, index: np.ndarray) -> np.ndarray:
         """Value in the middle of each cell, float64."""
         answer: np.ndarray = self.low + (np.asarray(index, np.float64) + 0.5) * self.width
         return answer
-
-
-def folded(velocity: np.ndarray, unambiguous: float) -> np.ndarray:
-    """Velocity as a radar of this unambiguous velocity [m/s] measures it, in [-unambiguous, unambiguous).
-
-    Phases are known up to whole turns: ((v + u) mod 2u) - u.
-    """
-    answer: np.ndarray = np.mod(np.asarray(velocity, np.float64) + unambiguous, 2.0 * unambiguous) - unambiguous
-    return answer

@@ -68,15 +68,6 @@ class WorldPlanes:
         self._seen: dict[frozenset[str], np.ndarray] = {}
 
     @property
-    def columns(self) -> np.ndarray:
-        """The normals by axis, (3, p + 1); the last, which `NO_PLANE` finds, is 0."""
-        return np.concatenate((self.normal.T, np.zeros((3, 1))), axis=1)
-
-    def heights(self, point: np.ndarray) -> np.ndarray:
-        """How far each plane is from a point (3,) [m, world] along its normal, (p + 1,); the last is 0."""
-        return np.append(self.offset - self.normal @ point, 0.0)
-
-    @property
     def bodies(self) -> np.ndarray:
         """The poses (b, 4, 4) of the bodies that the planes are placed for."""
         return self._poses
