@@ -16,7 +16,7 @@ from .planes import NO_PLANE
 from .rays import Tubes
 from .scattering import MIRROR, Arrivals, Fields, arrived, reflect_back, scatter_again, scatter_back
 from .setting import Faces, Setting, Space, with_hits
-from .waves import MET, Sent, Waves, dot, echo_of, meets, row_of, sends_on, wave_of, write
+from .waves import MET, Sent, Waves, dot, echo_of, meets, row_of, send_on, wave_of, write
 
 SIGHT_M = 5e-3
 """A point is in sight if a ray to it comes so near."""
@@ -136,7 +136,7 @@ def _again(
             continue
         echo = echo_of(space, waves.images, wave, touch)
         scatter_again(space, tubes, wave, touch, echo, bins, found.scattered)
-        if goes_on and sends_on(space, wave, touch, found.sent, on):
+        if goes_on and send_on(space, wave, touch, found.sent, on):
             on += 1
         curved = touch.face < space.faces.planes and space.faces.curved[touch.face]
         if curved:

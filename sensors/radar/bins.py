@@ -80,7 +80,7 @@ def place(bins: Bins, range_m: Any, velocity: Any, angle: Any) -> Any:
 
 @inlined
 def put(bins: Bins, sums: Sums, range_m: Any, velocity: Any, azimuth: Any, height: Any, angle: Any, power: Any) -> None:
-    """Adds an arrival to the power of its cell, if it is in the grid; angle: its angle cell."""
+    """Adds an arrival to the power of its cell, if it is in the grid; angle: the angle cell of its sines."""
     if bins.folds:
         _, azimuth, height = angle_cell(bins, azimuth, height)
     cell, range_m, velocity = place(bins, range_m, velocity, angle)

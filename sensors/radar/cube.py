@@ -50,10 +50,8 @@ class Grid:
         modes = scan.en_ang_aliasing, scan.elev_mode == "NO_EL"
         if not scan.waveform:
             return cls(*cells, *modes)
-        chirps, arrays = (
-            scan.chirps(limit),
-            (scan.aperture("azimuth"), None if modes[1] else scan.aperture("elevation")),
-        )
+        chirps = scan.chirps(limit)
+        arrays = scan.aperture("azimuth"), None if modes[1] else scan.aperture("elevation")
         return cls(*cells, *modes, scan.enable_range_aliasing, chirps.coupling, chirps.finer, arrays)
 
     @property
@@ -67,10 +65,14 @@ class Grid:
         return self.range_m, self.velocity, self.azimuth, self.height
 
     @property
+    def padding(self) -> tuple[float, ...]:
+        """How many cells padding makes of one, along each axis."""
+        return self.finer, 1.0, *(each.finer if each else 1.0 for each in self.arrays)
+
+    @property
     def resolved(self) -> tuple[float, ...]:
-        """What it resolves along each axis, in the unit of that: a cell, but for cells that padding makes of one."""
-        finer = (self.finer, 1.0, *(each.finer if each else 1.0 for each in self.arrays))
-        return tuple(cells.width * more for cells, more in zip(self.axes, finer, strict=True))
+        """What it resolves along each axis, in the unit of that: a cell, or the cells that padding makes of one."""
+        return tuple(cells.width * more for cells, more in zip(self.axes, self.padding, strict=True))
 
     @property
     def ends(self) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -148,7 +150,7 @@ def summed(grid: Grid, scattered: Sequence[Sums], grouped: Sequence[Arrivals], b
 def merged(grid: Grid, parts: Iterable[Part]) -> Cube:
     """The cube of all parts."""
     parts = [Part(np.zeros(0, np.int64), np.zeros(0), np.zeros((4, 0)), 0), *parts]
-    return _gathered(
+    return _cube_of(
         grid,
         np.concatenate([part.cell for part in parts]),
         np.concatenate([part.power for part in parts]),
@@ -165,11 +167,9 @@ def as_chirps_give(cube: Cube) -> Cube:
     which are left out beyond `LOBE` cells; padding makes several cells of one in range. Different returns add up as
     powers. Velocities wrap.
     """
-    grid = cube.grid
-    index = cube.index
+    grid, index = cube.grid, cube.index
     offsets = [values - cells.centre(at) for values, cells, at in zip(cube.values[:2], grid.axes, index, strict=False)]
-    parts = []
-    wide = math.ceil(LOBE * grid.finer)
+    parts, wide = [], math.ceil(LOBE * grid.finer)
     for step in range(-wide, wide + 1):
         ranges = index[0] + step
         if grid.wraps_range:
@@ -183,7 +183,7 @@ def as_chirps_give(cube: Cube) -> Cube:
             parts.append((cell, cube.power[inside] * along * across, inside))
     cell = np.concatenate([part[0] for part in parts])
     power, row = (np.concatenate([part[place] for part in parts]) for place in (1, 2))
-    return _gathered(grid, cell, power, cube.values[:, row], cube.bounces[row])
+    return _cube_of(grid, cell, power, cube.values[:, row], cube.bounces[row])
 
 
 def as_arrays_give(cube: Cube) -> Cube:
@@ -198,8 +198,7 @@ def as_arrays_give(cube: Cube) -> Cube:
         index = list(cube.index)
         middle = index[axis]
         offset = (cube.values[axis] - cells.centre(middle)) / cells.width
-        wide = math.ceil(array.reach * array.finer)
-        wide = min(wide, cells.count // 2)
+        wide = min(math.ceil(array.reach * array.finer), cells.count // 2)
         numbers, powers = [], []
         for step in range(-wide, min(wide, cells.count - 1 - wide) + 1):
             index[axis] = (middle + step) % cells.count
@@ -210,7 +209,7 @@ def as_arrays_give(cube: Cube) -> Cube:
         row = np.tile(np.arange(len(cube.cell)), len(numbers))
         cell, power = np.concatenate(numbers), np.concatenate(powers)
         kept = np.flatnonzero(power > 0)
-        cube = _gathered(grid, cell[kept], power[kept], cube.values[:, row[kept]], cube.bounces[row[kept]])
+        cube = _cube_of(grid, cell[kept], power[kept], cube.values[:, row[kept]], cube.bounces[row[kept]])
     return cube
 
 
@@ -221,7 +220,7 @@ def _hann(away: np.ndarray) -> np.ndarray:
     return np.asarray(np.where(near, 0.25, (np.sinc(away) / np.where(near, 1.0, rest)) ** 2))
 
 
-def _gathered(grid: Grid, cell: np.ndarray, power: np.ndarray, values: np.ndarray, bounces: np.ndarray) -> Cube:
+def _cube_of(grid: Grid, cell: np.ndarray, power: np.ndarray, values: np.ndarray, bounces: np.ndarray) -> Cube:
     """The cube of powers (k,) in cells (k,), which may repeat, with their values (4, k) and bounces (k,)."""
     groups = Groups(cell)
     total, means = groups.means(list(values), power)
@@ -233,7 +232,7 @@ def _gathered(grid: Grid, cell: np.ndarray, power: np.ndarray, values: np.ndarra
 
 @compiled
 def _strongest(which: np.ndarray, power: np.ndarray, rows: np.ndarray) -> None:
-    """Writes the row of the most power in each group (n,); rows: 0 before."""
+    """Writes the row of the most power in each group (n,), of equal powers the last; rows: 0 before."""
     for row in range(len(which)):
         best = rows[which[row]]
         if which[best] != which[row] or power[row] >= power[best]:

@@ -87,13 +87,16 @@ def detections(
     return found.at(np.lexsort((found.azimuth, found.velocity, found.range_m)))
 
 
+def _beams(grid: Grid) -> list[int]:
+    """The axes of angles over which arrays spread what returns."""
+    return [axis for axis, array in ((2, grid.arrays[0]), (3, grid.arrays[1])) if array and grid.shape[axis] > 1]
+
+
 def _share(cells: Cube) -> np.ndarray:
     """Share (k,) of the power of a return that a cell of sampled chirps and arrays holds: less beside its middle."""
     grid, share = cells.grid, np.ones(len(cells.power))
-    finer = (grid.finer, 1.0, *(each.finer if each else 1.0 for each in grid.arrays))
-    for axis, values, at, window, more in zip(
-        grid.axes, cells.values, cells.index, (SAMPLES, SAMPLES, *grid.arrays), finer, strict=True
-    ):
+    windows = SAMPLES, SAMPLES, *grid.arrays
+    for axis, values, at, window, more in zip(grid.axes, cells.values, cells.index, windows, grid.padding, strict=True):
         if window is not None and axis.count > 1:
             away = (values - axis.centre(at)) / axis.width
             away -= axis.count * np.rint(away / axis.count)  # ends that meet
@@ -158,7 +161,7 @@ def _whole(cube: Cube, rows: np.ndarray) -> Cube:
 
 
 @inlined
-def _row_of(cell: Any, cells: np.ndarray) -> Any:
+def _found_at(cell: Any, cells: np.ndarray) -> Any:
     """The row of a cell among rising ones (k,), -1 if it is not there."""
     low, high = 0, len(cells)
     while low < high:
@@ -191,7 +194,7 @@ def _join(
             means[axis, at] = powers[row] * values[axis, row]
         for side in range(max(azimuth - 1, 0), min(azimuth + 2, angles[0])):
             for level in range(max(height - 1, 0), min(height + 2, angles[1])):
-                beside = _row_of(cells[row] + (side - azimuth) * angles[1] + level - height, cells)
+                beside = _found_at(cells[row] + (side - azimuth) * angles[1] + level - height, cells)
                 if beside in (row, -1):
                     continue
                 across, up = values[2, beside] - values[2, row], values[3, beside] - values[3, row]
@@ -232,7 +235,7 @@ def _of_cube(cube: Cube, scan: ScanConfig, noise: Noise, peaks: bool) -> Cube:
         level = sparse_noise_level(cube.cell, cube.power, shape, axes)
         found = (cube.power > scan.cfar_offset * level) & (cube.power >= scan.cfar_min_val)
         if peaks:
-            found &= _is_sparse_peak(cube, cube.power)
+            found &= _is_sparse_peak(cube)
         return _some(cube, np.flatnonzero(found))
     dense.reshape(-1)[cube.cell] += cube.power
     found = detect(dense, axes, factor=scan.cfar_offset, least=scan.cfar_min_val)
@@ -257,15 +260,9 @@ def _is_peak(power: np.ndarray, *axes: tuple[int, bool]) -> np.ndarray:
     return found
 
 
-def _beams(grid: Grid) -> list[int]:
-    """The axes of angles over which arrays spread what returns."""
-    return [axis for axis, array in ((2, grid.arrays[0]), (3, grid.arrays[1])) if array and grid.shape[axis] > 1]
-
-
-def _is_sparse_peak(cube: Cube, power: np.ndarray) -> np.ndarray:
-    """The same of the cells of a sparse cube, in range and velocity, and in the angles of arrays."""
-    shape = cube.grid.shape
-    index = cube.index
+def _is_sparse_peak(cube: Cube) -> np.ndarray:
+    """As `_is_peak`, of the cells (k,) of a cube, in range and velocity, and in the angles of arrays."""
+    shape, index, power = cube.grid.shape, cube.index, cube.power
     found = np.ones(len(power), bool)
     for axis, step in itertools.product((0, 1, *_beams(cube.grid)), (1, -1)):
         beside = list(index)

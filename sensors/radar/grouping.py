@@ -47,14 +47,14 @@ class Sums(NamedTuple):
     """Powers, and four values weighted by them, added up by key one after the other (`add`); room for n keys.
 
     slots: (2^m,) int32, a table of open addresses, of which a part is used; -1 where it is free. keys: (n,) int64.
-    sums: (n, 5) float64, of the power and of power times value. last: (3,) int64, how many keys there are, the place of
-    the latest, and how many slots are used.
+    sums: (n, 5) float64, of the power and of power times value. state: (3,) int64, how many keys there are, the place
+    of the latest, and how many slots are used.
     """
 
     slots: np.ndarray
     keys: np.ndarray
     sums: np.ndarray
-    last: np.ndarray
+    state: np.ndarray
 
     @classmethod
     def room(cls, most: int) -> Sums:
@@ -66,7 +66,7 @@ class Sums(NamedTuple):
     @classmethod
     def merged(cls, parts: Sequence[Sums], more: int) -> Sums:
         """Several as one, with room for more keys."""
-        sums = cls.room(sum(int(part.last[0]) for part in parts) + more)
+        sums = cls.room(sum(int(part.state[0]) for part in parts) + more)
         for part in parts:
             _merge(sums, part)
         return sums
@@ -74,7 +74,7 @@ class Sums(NamedTuple):
     @property
     def found(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The keys (m,), their powers (m,) and means (4, m) of their values."""
-        count = int(self.last[0])
+        count = int(self.state[0])
         sums = self.sums[:count].T
         return self.keys[:count], sums[0], sums[1:] / np.maximum(sums[0], 1e-300)
 
@@ -82,39 +82,39 @@ class Sums(NamedTuple):
 @inlined
 def _slot(one: Any, keys: np.ndarray, slots: np.ndarray, size: Any) -> Any:
     """The slot of a key in a table of open addresses of this size: the one that has its number, or is free (-1)."""
-    last = size - 1
-    at = np.int64((np.uint64(one) * _MIX) >> _HIGH) & last
+    mask = size - 1
+    at = np.int64((np.uint64(one) * _MIX) >> _HIGH) & mask
     while slots[at] >= 0 and keys[slots[at]] != one:
-        at = (at + 1) & last
+        at = (at + 1) & mask
     return at
 
 
 @inlined
 def _widen(sums: Sums) -> None:
     """Uses twice as many slots."""
-    size = 2 * sums.last[2]
-    sums.last[2] = size
+    size = 2 * sums.state[2]
+    sums.state[2] = size
     for slot in range(size):
         sums.slots[slot] = -1
-    for number in range(sums.last[0]):
+    for number in range(sums.state[0]):
         sums.slots[_slot(sums.keys[number], sums.keys, sums.slots, size)] = number
 
 
 @inlined
 def _place(sums: Sums, key: Any) -> Any:
     """The place of a key, a new one if it is not there yet."""
-    keys, count, at = sums.keys, sums.last[0], sums.last[1]
+    keys, count, at = sums.keys, sums.state[0], sums.state[1]
     if count == 0 or keys[at] != key:  # neighbours have mostly one key
-        slot = _slot(key, keys, sums.slots, sums.last[2])
+        slot = _slot(key, keys, sums.slots, sums.state[2])
         at = np.int64(sums.slots[slot])
         if at < 0:
             at = count
-            sums.slots[slot], keys[at], sums.last[0] = at, key, count + 1
+            sums.slots[slot], keys[at], sums.state[0] = at, key, count + 1
             for axis in range(5):
                 sums.sums[at, axis] = 0.0
-            if 2 * count > sums.last[2]:
+            if 2 * count > sums.state[2]:
                 _widen(sums)
-        sums.last[1] = at
+        sums.state[1] = at
     return at
 
 
@@ -131,7 +131,7 @@ def add(sums: Sums, key: Any, power: Any, first: Any, second: Any, third: Any, f
 
 @compiled
 def _merge(sums: Sums, more: Sums) -> None:
-    for row in range(more.last[0]):
+    for row in range(more.state[0]):
         at = _place(sums, more.keys[row])
         for axis in range(5):
             sums.sums[at, axis] += more.sums[row, axis]

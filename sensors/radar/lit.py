@@ -21,9 +21,9 @@ from .grouping import Sums
 from .images import Images
 from .planes import NO_PLANE
 from .rays import Tubes
-from .scattering import MIRROR, WIDEST, Arrivals, Fields, arrived, reflect_back, strength
+from .scattering import MIRROR, WIDEST, Arrivals, Fields, arrived, reflect_back
 from .setting import Setting, Space, with_hits
-from .waves import FAINTEST, GRAZING, MET, Met, Sent, Wave, dot, echo_of, meets, row_of, sends_on, write
+from .waves import FAINTEST, GRAZING, MET, Met, Sent, Wave, dot, echo_of, meets, row_of, send_on, strength, write
 
 LEAST_M = np.float32(1e-12)
 """Distances below this [m] count as this."""
@@ -153,7 +153,7 @@ def _lit(
         touch = meets(space, images, wave, face)
         if touch.way <= 0:
             continue
-        if leads and sends_on(space, wave, touch, room.sent, sent):
+        if leads and send_on(space, wave, touch, room.sent, sent):
             sent += 1
         if mirrors or faces.curved[face]:
             echo = echo_of(space, images, wave, touch)

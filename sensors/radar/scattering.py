@@ -24,7 +24,7 @@ from .grouping import Sums
 from .images import Images
 from .rays import Tubes
 from .setting import Space
-from .waves import Echo, Touch, Wave, dot, row_of
+from .waves import Echo, Touch, Wave, dot, row_of, strength
 
 MIRROR = 0.7
 """Least cosine between a face's normal and the middle of the ways in and back: physical optics is good to about 40 deg
@@ -102,7 +102,7 @@ class Fields(NamedTuple):
 
 
 def arrived(found: Fields) -> Arrivals:
-    """Fields of tubes with their phases."""
+    """Arrivals (n,) of fields of tubes, with their phases; works in the arrays of `found`."""
     phase, *across = found.turns
     field, wave = found.field, np.empty_like(found.field)
     for angle in across:  # sin(x) / x, and 1 for 0
@@ -114,12 +114,6 @@ def arrived(found: Fields) -> Arrivals:
     range_m, velocity, azimuth, height = found.values
     power = field.real**2 + field.imag**2
     return Arrivals(range_m, velocity, azimuth, height, power, found.group, field, found.zone)
-
-
-@inlined
-def strength(field: Any) -> Any:
-    """The power of a field."""
-    return field.real**2 + field.imag**2
 
 
 @inlined
@@ -163,8 +157,9 @@ def scatter_back(
 def reflect_back(
     space: Space, images: Images, tubes: Tubes, wave: Wave, touch: Touch, echo: Echo, hears: Any, found: Fields, at: Any
 ) -> bool:
-    """Whether the field that a flat face sends straight back counts, of one tube, and writes it; hears: gain of the way
-    back. The key is that of the faces on the way, whatever their order.
+    """Writes the field that a flat face sends straight back of one tube, if it counts; whether it does.
+
+    hears: gain of the way back. The group is that of the faces on the way, whatever their order.
     """
     back, image, row, way = echo.back, wave.image, wave.row, touch.way + echo.out
     waves, there, normal = 1.0 / space.wavelength, touch.way / space.wavelength, row_of(space.faces.normal, touch.face)

@@ -175,8 +175,14 @@ def dot(one: Any, two: Any) -> Any:
 
 
 @inlined
+def strength(field: Any) -> Any:
+    """The power of a field."""
+    return field.real**2 + field.imag**2
+
+
+@inlined
 def wave_of(waves: Waves, at: Any, tubes: Tubes) -> Wave:
-    """One of some waves: mirrors have turned the direction of its tube."""
+    """The wave number `at`: its direction is that of its tube, as mirrors have turned it."""
     one, image, turn = waves.each[at], waves.image[at], waves.images.turn
     ahead = tubes.directions[0, one.row], tubes.directions[1, one.row], tubes.directions[2, one.row]
     direction = (
@@ -220,15 +226,15 @@ def echo_of(space: Space, images: Images, wave: Wave, touch: Touch) -> Echo:
 
 
 @inlined
-def sends_on(space: Space, wave: Wave, touch: Touch, sent: Sent, count: Any) -> bool:
-    """Whether a face sends a wave on: if it is flat, and what is left is not too faint. Writes it after `count`."""
+def send_on(space: Space, wave: Wave, touch: Touch, sent: Sent, at: Any) -> bool:
+    """Writes the wave that a face sends on, if it is flat and what is left is not too faint; whether it is."""
     faces = space.faces
     left = space.tables.amplitude[touch.table] * wave.field
-    if left.real**2 + left.imag**2 <= FAINTEST**2 or touch.face >= faces.planes or faces.curved[touch.face]:
+    if strength(left) <= FAINTEST**2 or touch.face >= faces.planes or faces.curved[touch.face]:
         return False
-    on, normal, twice = sent.waves[count], row_of(faces.normal, touch.face), 2.0 * touch.slope
+    on, normal, twice = sent.waves[at], row_of(faces.normal, touch.face), 2.0 * touch.slope
     on.row, on.travelled, on.field = wave.row, touch.way, left
-    sent.mirror[count] = wave.image * faces.planes + touch.face
+    sent.mirror[at] = wave.image * faces.planes + touch.face
     towards = (
         wave.direction[0] - twice * normal[0],
         wave.direction[1] - twice * normal[1],
@@ -236,8 +242,8 @@ def sends_on(space: Space, wave: Wave, touch: Touch, sent: Sent, count: Any) -> 
     )
     for axis in range(3):
         turned = dot(row_of(space.rotation, axis), towards)
-        sent.rays[count, 3 + axis] = turned
-        sent.offsets[count, axis] = dot(row_of(space.rotation, axis), touch.there) + LIFT_M * turned
+        sent.rays[at, 3 + axis] = turned
+        sent.offsets[at, axis] = dot(row_of(space.rotation, axis), touch.there) + LIFT_M * turned
     return True
 
 
