@@ -70,7 +70,7 @@ class SensorRuntime(ABC, Generic[Config]):
     reach = math.inf
     """Beyond this distance from it [m] nothing counts."""
     only_on_request: ClassVar[frozenset[str]] = frozenset()
-    """Channels that are not computed without a request even where pruning is off: they read, and tell of, more."""
+    """Channels computed only on request, even where pruning is off: they read more, and may warn of it."""
     wants_updates = False
     coords = "NOT_APPLICABLE"
 

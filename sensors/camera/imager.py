@@ -125,8 +125,8 @@ class Imager(Model["CameraRuntime"]):
         if RGB in wanted:
             lighting = self._colours().lighting(app, world, pose, tick.poses)
             if (count := len(lighting.lights)) > drawn.most_lights:
-                said = f"OpenGL shows the {drawn.most_lights} brightest of its {count} lights; camera.backend=rays all"
-                app.warn("lights-left-out", self._path, said)
+                said = f"OpenGL shows the {drawn.most_lights} brightest of its {count} lights"
+                app.warn("lights-left-out", self._path, f"{said}; camera.backend=rays shows all")
             images += self._lit(drawn.radiance(view, pose, lighting), wanted)
         return images
 

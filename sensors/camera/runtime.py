@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 class CameraRuntime(SensorRuntime[CameraConfig]):
     """The sensor of a Camera prim at the size of its render product.
 
-    A frame shows the state of its update; with a rolling shutter the last line does, and those before it what was then.
-    Its arrays are images (height, width) or (height, width, n), the first row on
-    top; `count` is the number of pixels. Raises UserError for a prim that is not a camera or cannot be one, and for a
-    product without pixels or with too many.
+    A frame shows the state of its update; with a rolling shutter its last line does, and each line before it an earlier
+    state. Its arrays are images (height, width) or (height, width, n), the first row on top; `count` is the number of
+    pixels. Raises UserError for a prim that is not a camera or cannot be one, and for a product without pixels or with
+    too many.
     """
 
     type_name = PRIM_TYPE

@@ -37,7 +37,10 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class _Turn:
-    """An unfinished full scan: slices of one turn, oldest first."""
+    """A scan, or the part of one that is there: the channels of its slices, oldest first, and their firings.
+
+    start, end: sensor to world, (4, 4) float64 [m], at both ends of it.
+    """
 
     parts: list[dict[str, np.ndarray]] = field(default_factory=list)
     firings: int = 0
@@ -71,7 +74,7 @@ class Scans(Model["LidarRuntime"]):
             del self._unfinished[turn]
 
     def measure(self, tick: Tick) -> Measurement:
-        """The scan of a tick, or a part of one; of one state without a cast, and empty, if nothing is requested."""
+        """The scan of a tick, or a part of one; empty, and nothing is cast, if nothing is requested."""
         unread = not self._sensor.requested() and self._bins is None and not self._sensor.wants_updates
         found = None if unread and self._app.prune else self._cast(tick)
         if found is not None and not unread:

@@ -47,9 +47,11 @@ KEPT_CUBES = 4
 
 @dataclass(slots=True)
 class _Fan:
-    """The rays of a scan, ready to cast: the tubes, with room for finer ones; their table and its columns, world axes.
+    """The n rays of a scan, ready to cast.
 
-    cubes: what they brought back while nothing moved since the state `standing`.
+    tubes: theirs, and room for finer ones after them. table: (n, 6) float32 and columns: (3, n), as those of a
+    `RayBundle`, in the world's axes. step: from column to column [rad]. cubes: what they brought back while nothing
+    moved since the state `standing`.
     """
 
     tubes: Tubes
@@ -204,7 +206,9 @@ class Scans(Model["RadarRuntime"]):
         return self._fans[number]
 
     def _close_looks(self, setting: Setting, scan: ScanConfig, fan: _Fan) -> tuple[np.ndarray | None, np.ndarray]:
-        """The surface (n,) of each of finer rays over what few rays of the fan meet; which those are, (s,) bool."""
+        """The surface (n,) of each of finer rays over what few rays of the fan meet; which those are,
+        (s + 1,) bool.
+        """
         world = setting.world
         small = np.zeros(len(world.surfaces) + 1, bool)  # one more, for a miss
         boxes = _boxes(world, self._exclude)
