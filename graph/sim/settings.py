@@ -109,11 +109,12 @@ DEFAULTS: dict[str, Any] = {
 `minFrameRate` 0 means no catch-up cap, `rayThreads` 0 means all cores.
 """
 
+SWITCHES = (MOTION_BVH, "/rtx-transient/stableIds/enabled", "/app/sensors/nv/lidar/publishNormals")
+"""Settings that are on or off and have no default."""
+
 KNOWN = (
     *DEFAULTS,
-    MOTION_BVH,
-    "/rtx-transient/stableIds/enabled",
-    "/app/sensors/nv/lidar/publishNormals",
+    *SWITCHES,
     "/rtx/materialDb/nonVisualMaterialSemantics/prefix",
 )
 """Every setting that TickGraph reads."""
@@ -316,9 +317,9 @@ def from_mapping(values: Mapping[str, Any], where: Callable[[str], Mark | None] 
 
 
 def _checked(path: str, value: Any) -> Any:
-    if path not in DEFAULTS:
+    if path not in DEFAULTS and path not in SWITCHES:
         return value
-    default = DEFAULTS[path]
+    default = DEFAULTS.get(path, False)
     if path in _CHOICES and value not in _CHOICES[path]:
         raise UserError(f"setting {path}: {value!r} is not one of {', '.join(_CHOICES[path])}")
     if path in _RATES or path in _COUNTS or path in _NOT_NEGATIVE:

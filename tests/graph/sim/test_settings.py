@@ -94,6 +94,16 @@ def test_known_switches_take_the_usual_words():
     assert settings.get(keys.PLAY_SIMULATIONS) is False
 
 
+@pytest.mark.parametrize("path", keys.SWITCHES)
+def test_switches_without_a_default_take_the_usual_words_too(path):
+    """A text such as "off" is not empty, so that it would count as on."""
+    assert Settings().get(path) is None
+    assert Settings({path: "off"}).get(path) is False
+    assert Settings({path: 1}).get(path) is True
+    with pytest.raises(UserError, match="'7x' is neither true nor false"):
+        Settings().set(path, "7x")
+
+
 def test_rates_are_exact():
     settings = Settings({keys.RATE_LIMIT_FREQUENCY: "60000/1001", keys.TARGET_FRAMERATE: 29.97})
     assert settings.rate(keys.RATE_LIMIT_FREQUENCY) == Fraction(60000, 1001)
