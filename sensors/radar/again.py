@@ -9,6 +9,7 @@ import numpy as np
 
 from sensors.compiled import compiled
 from sensors.raycast.rays import NOTHING, Hits, RayBundle
+from sensors.vectors import dot, row_of
 
 from .bins import Bins
 from .grouping import Sums
@@ -16,7 +17,7 @@ from .planes import NO_PLANE
 from .rays import Tubes
 from .scattering import MIRROR, Arrivals, Fields, arrived, reflect_back, scatter_again, scatter_back
 from .setting import Faces, Setting, Space, with_hits
-from .waves import MET, Sent, Waves, dot, echo_of, meets, row_of, send_on, wave_of, write
+from .waves import MET, Sent, Waves, echo_of, meets, send_on, wave_of, write
 
 SIGHT_M = 5e-3
 """A point is in sight if a ray to it comes so near."""

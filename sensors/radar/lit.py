@@ -15,6 +15,7 @@ import numpy as np
 
 from sensors.compiled import compiled
 from sensors.raycast.rays import NOTHING, Hits
+from sensors.vectors import dot, row_of
 
 from .bins import Bins, put
 from .grouping import Sums
@@ -23,7 +24,7 @@ from .planes import NO_PLANE
 from .rays import Tubes
 from .scattering import MIRROR, WIDEST, Arrivals, Fields, arrived, reflect_back
 from .setting import Setting, Space, with_hits
-from .waves import FAINTEST, GRAZING, MET, Met, Sent, Wave, dot, echo_of, meets, row_of, send_on, strength, write
+from .waves import FAINTEST, GRAZING, MET, Met, Sent, Wave, echo_of, meets, send_on, strength, write
 
 LEAST_M = np.float32(1e-12)
 """Distances below this [m] count as this."""

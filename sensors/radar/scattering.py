@@ -18,13 +18,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sensors.compiled import inlined
+from sensors.vectors import dot, row_of, transposed_times
 
 from .bins import Bins, angle_cell, put
 from .grouping import Sums
 from .images import Images
 from .rays import Tubes
 from .setting import Space
-from .waves import Echo, Touch, Wave, dot, row_of, strength
+from .waves import Echo, Touch, Wave, strength
 
 MIRROR = 0.7
 """Least cosine between a face's normal and the middle of the ways in and back: physical optics is good to about 40 deg
@@ -169,11 +170,7 @@ def reflect_back(
         normal[1] * along + back[1] * there,
         normal[2] * along + back[2] * there,
     )
-    x = y = z = 0.0
-    for axis in range(3):
-        x += images.turn[image, axis, 0] * more[axis]
-        y += images.turn[image, axis, 1] * more[axis]
-        z += images.turn[image, axis, 2] * more[axis]
+    x, y, z = transposed_times(images.turn, image, more)
     side, high = tubes.azimuth[row], tubes.elevation[row]
     ahead, level = math.sqrt(1.0 - side * side), math.sqrt(1.0 - high * high)
     across = (ahead * y - side * x) * wave.wide * tubes.width[row]

@@ -16,6 +16,7 @@ import numpy as np
 
 from sensors.compiled import inlined
 from sensors.raycast.rays import Hits, RayBundle
+from sensors.vectors import Vector, dot, row_of, times
 
 from .grouping import Groups
 from .images import Images
@@ -55,7 +56,7 @@ class Wave(NamedTuple):
     """
 
     row: Any
-    direction: tuple[float, float, float]
+    direction: Vector
     wide: Any
     travelled: Any
     field: Any
@@ -71,7 +72,7 @@ class Touch(NamedTuple):
 
     face: Any
     way: float
-    there: tuple[float, float, float]
+    there: Vector
     slope: float
     cosine: Any
     table: Any
@@ -84,7 +85,7 @@ class Echo(NamedTuple):
     going: rates [m/s] of the ways in and back.
     """
 
-    back: tuple[float, float, float]
+    back: Vector
     out: float
     rise: float
     coming: float
@@ -163,18 +164,6 @@ def next_waves(setting: Setting, before: Waves, sent: Sent) -> tuple[Waves, Hits
 
 
 @inlined
-def row_of(table: Any, number: Any) -> Any:
-    """A vector of a table (n, 3); a part of the array would be counted as a reference."""
-    return table[number, 0], table[number, 1], table[number, 2]
-
-
-@inlined
-def dot(one: Any, two: Any) -> Any:
-    """The dot product of two vectors."""
-    return one[0] * two[0] + one[1] * two[1] + one[2] * two[2]
-
-
-@inlined
 def strength(field: Any) -> Any:
     """The power of a field."""
     return field.real**2 + field.imag**2
@@ -183,13 +172,9 @@ def strength(field: Any) -> Any:
 @inlined
 def wave_of(waves: Waves, at: Any, tubes: Tubes) -> Wave:
     """The wave number `at`: its direction is that of its tube, as mirrors have turned it."""
-    one, image, turn = waves.each[at], waves.image[at], waves.images.turn
+    one, image = waves.each[at], waves.image[at]
     ahead = tubes.directions[0, one.row], tubes.directions[1, one.row], tubes.directions[2, one.row]
-    direction = (
-        turn[image, 0, 0] * ahead[0] + turn[image, 0, 1] * ahead[1] + turn[image, 0, 2] * ahead[2],
-        turn[image, 1, 0] * ahead[0] + turn[image, 1, 1] * ahead[1] + turn[image, 1, 2] * ahead[2],
-        turn[image, 2, 0] * ahead[0] + turn[image, 2, 1] * ahead[1] + turn[image, 2, 2] * ahead[2],
-    )
+    direction = times(waves.images.turn, image, ahead)
     return Wave(one.row, direction, tubes.wide[one.row], one.travelled, one.field, image)
 
 

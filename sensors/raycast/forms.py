@@ -14,6 +14,7 @@ import numpy as np
 
 from graph.sim.geometry.closed_forms import ClosedForm
 from sensors.compiled import compiled, inlined
+from sensors.vectors import Vector, row_of, times, transposed_times
 
 from .rays import COMMON
 from .triangles import SKIN
@@ -78,27 +79,15 @@ class PlacedForms:
         return _normals(index, owner, table, COMMON if offsets is None else offsets, *self._solids, length)
 
 
-Vector = tuple[float, float, float]
-
-
-@inlined
-def _turned(turns: np.ndarray, which: int, x: float, y: float, z: float) -> Vector:
-    return (
-        turns[which, 0, 0] * x + turns[which, 0, 1] * y + turns[which, 0, 2] * z,
-        turns[which, 1, 0] * x + turns[which, 1, 1] * y + turns[which, 1, 2] * z,
-        turns[which, 2, 0] * x + turns[which, 2, 1] * y + turns[which, 2, 2] * z,
-    )
-
-
 @inlined
 def _into_frame(
     ray: int, solid: int, table: np.ndarray, offsets: np.ndarray, starts: np.ndarray, inverse: np.ndarray
 ) -> tuple[Vector, Vector]:
     """A ray in a solid's frame: its origin and direction."""
     own = min(ray, len(offsets) - 1)
-    x, y, z = _turned(inverse, solid, offsets[own, 0], offsets[own, 1], offsets[own, 2])
+    x, y, z = times(inverse, solid, row_of(offsets, own))
     start = x + starts[solid, 0], y + starts[solid, 1], z + starts[solid, 2]
-    return start, _turned(inverse, solid, table[ray, 3], table[ray, 4], table[ray, 5])
+    return start, times(inverse, solid, (table[ray, 3], table[ray, 4], table[ray, 5]))
 
 
 @inlined
@@ -232,16 +221,6 @@ def _frustum_normal(x: float, y: float, z: float, low: float, high: float) -> Ve
     return x, y, -slope * level
 
 
-@inlined
-def _out_of_frame(inverse: np.ndarray, solid: int, x: float, y: float, z: float) -> Vector:
-    """A normal along world axes: the transpose of the inverse turns it."""
-    return (
-        inverse[solid, 0, 0] * x + inverse[solid, 1, 0] * y + inverse[solid, 2, 0] * z,
-        inverse[solid, 0, 1] * x + inverse[solid, 1, 1] * y + inverse[solid, 2, 1] * z,
-        inverse[solid, 0, 2] * x + inverse[solid, 1, 2] * y + inverse[solid, 2, 2] * z,
-    )
-
-
 @compiled(makes_arrays=True)
 def _normals(
     index: np.ndarray,
@@ -271,7 +250,7 @@ def _normals(
             x, y, z = _frustum_normal(x, y, z, low, high)
         elif kind == CAPSULE:
             z -= min(max(z, low), high)
-        x, y, z = _out_of_frame(inverse, solid, x, y, z)
+        x, y, z = transposed_times(inverse, solid, (x, y, z))  # of the inverse: normals along world axes
         away = math.sqrt(x * x + y * y + z * z)
         found[pair, 0], found[pair, 1], found[pair, 2] = x / away, y / away, z / away
     return found
