@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from operator import is_
 from typing import TYPE_CHECKING, Any, cast
 
 from graph.node import Attribute, Database, node_type
@@ -31,9 +32,10 @@ IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
 @dataclass(slots=True)
 class _PairPublisher(CameraPublisher):
-    """What the node keeps: of a stereo pair also the right camera's product."""
+    """What the node keeps: of a stereo pair also the right camera's product; and the cameras as they were read."""
 
     right: RenderProduct | None = None
+    configs: tuple[CameraConfig, ...] = ()
 
 
 @node_type(
@@ -61,8 +63,8 @@ def camera_info_helper(db: Database) -> bool:
 
     K is that of the image: a lens schema scaled to it, else focal length and aperture; the profile isaacsim-6.0.1 makes
     both of its focal lengths the first. P of both cameras of a pair is the mean of their K, that of the right one with
-    -fx times the baseline. The lens is read when the publisher is attached; a new product path, of the
-    right camera too, attaches it again.
+    -fx times the baseline. The lens is read when the publisher is attached; an activation attaches it again once there
+    is a new product path, of the right camera too, or another lens.
     """
     product = camera_product(db)
     if product is None:
@@ -70,10 +72,13 @@ def camera_info_helper(db: Database) -> bool:
     right = camera_product(db, "renderProductPathRight") if db.inputs.renderProductPathRight else None
     if db.inputs.renderProductPathRight and right is None:
         return False
-    if product is not db.memory.product or right is not db.memory.right:
-        detach(db)
-        return _attach(db, product, right)
-    return True
+    memory, configs = db.memory, tuple(_config(one) for one in (product, right) if one is not None)
+    same = len(configs) == len(memory.configs) and all(map(is_, configs, memory.configs))
+    if product is memory.product and right is memory.right and same:
+        return True
+    detach(db)
+    memory.configs = configs
+    return _attach(db, product, right)
 
 
 def _attach(db: Database, product: RenderProduct, right: RenderProduct | None) -> bool:

@@ -248,6 +248,18 @@ def test_camera_info_has_the_matrix_of_focal_length_and_aperture(app):
     assert first.header.stamp.nanosec == 16_666_667
 
 
+def test_camera_info_follows_a_lens_that_changes_while_playing(stage, app):
+    """The camera is read again in the update after a change: 40 mm for 20 double K, as the picture does."""
+
+    def zoomed(update):
+        if update == 2:
+            UsdGeom.Camera(stage.GetPrimAtPath(CAMERA)).GetFocalLengthAttr().Set(40.0)
+        return True
+
+    helper(app, node="ROS2CameraInfoHelper", updates=5, enabled=zoomed)
+    assert [one.k[0] for one in messages(app, "/camera_info")] == pytest.approx([FX, FX, FX, 2 * FX, 2 * FX])
+
+
 @pytest.mark.parametrize(
     ("schema", "model", "values", "distortion", "coefficients"),
     [
