@@ -51,7 +51,7 @@ def measure(quick: bool) -> Iterator[Row]:
 
     The casts are those of an update in which everything is cast; where nothing moves, none is made.
     """
-    rounds = 3 if quick else 11
+    rounds = 3 if quick else 41
     for name, fidelity in (("all bounces", {}), ("radar.bounces=1", {"radar.bounces": 1})):
         with _world(hall(SPEED), fidelity) as app:
             casts = _casts_of(app)
