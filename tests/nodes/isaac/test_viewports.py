@@ -75,6 +75,17 @@ def test_a_sensor_set_on_a_viewport_renders_and_stays_through_a_new_size(lidar, 
     assert product.frames > 0
 
 
+@pytest.mark.parametrize(("published", "codes"), [(False, []), (True, ["render-product-replaced"])])
+def test_what_publishes_a_product_that_is_replaced_is_warned_of(lidar, world, published, codes):
+    camera = lidar()
+    app = world()
+    path = once(app, "IsaacGetViewportRenderProduct").value("renderProductPath")
+    once(app, "IsaacSetCameraOnRenderProduct", renderProductPath=path, cameraPrim=[camera])
+    app.rendering.products[path].writers += [print] * published
+    trace = once(app, "IsaacSetViewportResolution", width=64, height=64)
+    assert [one.code for one in trace.warnings] == codes
+
+
 @pytest.mark.parametrize(
     ("inputs", "message"),
     [
