@@ -7,6 +7,14 @@ import pytest
 from graph.base.signals import deferred
 
 
+@pytest.fixture(autouse=True)
+def interrupts():
+    """Python's handler, also where the tests run in the background of a shell, which ignores interrupts."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 def test_an_interrupt_waits_for_the_end_of_the_block():
     done = []
 
