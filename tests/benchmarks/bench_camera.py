@@ -12,13 +12,14 @@ from typing import Any
 
 import numpy as np
 from bench_lidar import boxes
-from measure import Row, ratio, seconds
+from measure import Row, added, ratio, seconds
 from pxr import Gf, UsdGeom, UsdLux
 
 from graph.sim import App
 from graph.sim.geometry.collect import Mesh
 from graph.sim.libraries import import_open3d
-from sensors import TiledCameraSensor, render_product
+from graph.sim.settings import CAMERA_TONE, TONE_ACES
+from sensors import SingleViewDepthCameraSensor, TiledCameraSensor, render_product
 from sensors.camera.rays import CameraRays
 from sensors.prim import write_exclude
 
@@ -45,12 +46,15 @@ def measure(quick: bool) -> Iterator[Row]:
         yield Row(f"{what}, against its casts", update_ratio(frozenset(channels), rounds), bound)
     yield Row("16 depth cameras at 10 Hz in a 240 Hz loop, against every update", rate_ratio(rounds), 1 / 20)
     yield Row("64 tiled depth cameras of 64 x 64, against one cast of their rays", tiled_ratio(rounds), 1.5)
+    for what, value in added_to_colours(rounds):
+        yield Row(f"what {what} adds to colours, in casts", value)
+    yield Row("what stereo depth adds to depth, in casts", added_by_stereo(rounds))
     yield Row("a camera that is not due, each update", idle_cost(rounds) * 1e6, 5.0, "us")
 
 
-def scene(loop_hz: int = 240) -> App:
+def scene(loop_hz: int = 240, fidelity: dict[str, Any] | None = None) -> App:
     """The scene of the lidar's table with a sun."""
-    app = boxes(loop_hz)
+    app = boxes(loop_hz, fidelity)
     UsdLux.DistantLight.Define(app.stage, "/World/Sun").CreateIntensityAttr(3000.0)
     UsdGeom.XformCommonAPI(app.stage.GetPrimAtPath("/World/Sun")).SetRotate(Gf.Vec3f(30, -35, 0))
     return app
@@ -78,6 +82,48 @@ def update_ratio(channels: frozenset[str], rounds: int) -> float:
     app.update(steps=5)
     found = ratio(app.update, bare_casts(app, product), 3 * rounds)
     app.close()
+    return found
+
+
+def added_to_colours(rounds: int) -> Iterator[tuple[str, float]]:
+    """What a sky, noise and tone cost: longer times of updates with an image each, over the bare casts."""
+    plain, unit = _images(scene(), "rgb")
+    sky = scene()
+    UsdLux.DomeLight.Define(sky.stage, "/World/Sky").CreateIntensityAttr(500.0)
+    bent = scene()
+    bent.settings.set(CAMERA_TONE, TONE_ACES)
+    for what, app in (("a sky", sky), ("camera.noise", scene(fidelity={"camera.noise": True})), ("ACES", bent)):
+        yield what, added(_images(app, "rgb")[0].update, plain.update, unit, rounds)
+        app.close()
+    plain.close()
+
+
+def _images(app: App, channel: str) -> tuple[App, Callable[[], None]]:
+    """The App, playing, with a camera whose images of this kind are read; and its bare casts."""
+    product = add_camera(app)
+    product.sensor.require("benchmark", {channel})
+    app.play()
+    app.update(steps=5)
+    return app, bare_casts(app, product)
+
+
+def added_by_stereo(rounds: int) -> float:
+    """The same of the depth that two imagers would give, against depth."""
+    plain, unit = _images(scene(), "distance_to_image_plane")
+    app = scene()
+    sensor = SingleViewDepthCameraSensor(
+        add_camera(app).camera_path, resolution=SIZE[::-1], annotators="depth_sensor_distance", app=app
+    )
+    app.play()
+    app.update(steps=5)
+
+    def read() -> None:
+        app.update()
+        sensor.get_data("depth_sensor_distance")
+
+    found = added(read, plain.update, unit, rounds)
+    app.close()
+    plain.close()
     return found
 
 

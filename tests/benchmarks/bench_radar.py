@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from measure import Row, ratio
+from measure import Row, added, ratio
 
 from graph.sim import App
 from sensors import render_product
@@ -20,16 +20,34 @@ RADAR = f"{CAR}/Radar"
 SPEED = 2.0
 CHANNELS = ("azimuth", "elevation", "distance", "scalar", "rv_ms")
 
+WPM = "omni:sensor:WpmDmat:"
+SCAN = f"{WPM}scan:s001:"
+WAVES = {f"{SCAN}datacubeMode": "WAVEFORM"}
+NOISE = {f"{SCAN}cfarNoiseMean": 1e-19, f"{SCAN}cfarNoiseSDev": 1e-19}
+GAIN = {"AntennaAzDeg": [-90.0, 0.0, 90.0], "AntennaElDeg": [0.0, 0.0, 0.0], "AntennaCoGain": [-20.0, 0.0, -20.0]}
+KNOBS: dict[str, dict[str, Any]] = {
+    "cfarMode 4D": {f"{WPM}cfarMode": "4D"},
+    "noise in cells": NOISE,
+    "noise in cells, cfarMode 4D": {**NOISE, f"{WPM}cfarMode": "4D"},
+    "WAVEFORM": WAVES,
+    "WAVEFORM, 16 elements along azimuth": {**WAVES, f"{SCAN}arrayAzimuthElements": 16},
+    "antennas by tables": {f"{SCAN}{side}{name}": values for side in ("rx", "tx") for name, values in GAIN.items()},
+}
+"""Attributes of the radar whose costs are shown."""
 
-def hall(speed: float = 0.0) -> dict[str, dict[str, Any]]:
-    """Rough ground, a wall 48 m away, boxes in between, and the radar; it drives if it has a speed [m/s]."""
+
+def hall(speed: float = 0.0, attributes: dict[str, Any] | None = None, kind: str = "Cube") -> dict[str, dict[str, Any]]:
+    """Rough ground, a wall 48 m away, boxes in between, and the radar; it drives if it has a speed [m/s].
+
+    attributes: more of the radar's. kind: what stands there instead of boxes.
+    """
     random = np.random.default_rng(0)
     prims: dict[str, dict[str, Any]] = {"/World/Ground": {"type": "Plane", "material": "asphalt"}}
     for number in range(40):
         azimuth, distance = np.radians(random.uniform(-70, 70)), random.uniform(5, 45)
         prims[f"/World/Box{number}"] = {
-            "type": "Cube",
-            "size": 1.0,
+            "type": kind,
+            **({"size": 1.0} if kind == "Cube" else {"radius": 0.5}),
             "scale": random.uniform(0.3, 3, 3).tolist(),
             "translate": [float(distance * np.cos(azimuth)), float(distance * np.sin(azimuth)), 0.5],
             "rotate": [0, 0, float(random.uniform(0, 90))],
@@ -42,7 +60,11 @@ def hall(speed: float = 0.0) -> dict[str, dict[str, Any]]:
     prims[CAR] = {"type": "Cube", "size": 0.1, "translate": [0, 0, 1]}
     if speed:
         prims[CAR] |= {"rigid_body": True, "velocity": [speed, 0, 0]}
-    prims[RADAR] = {"type": "OmniRadar", "exclude": [CAR], "attributes": {"omni:sensor:tickRate": 60}}
+    prims[RADAR] = {
+        "type": "OmniRadar",
+        "exclude": [CAR],
+        "attributes": {"omni:sensor:tickRate": 60, **(attributes or {})},
+    }
     return prims
 
 
@@ -61,6 +83,17 @@ def measure(quick: bool) -> Iterator[Row]:
             standing = _world(hall(), fidelity)
             yield Row(f"the same where nothing moves, {name}", ratio(standing.update, casts, rounds), 1.5)
             standing.close()
+    with _world(hall(SPEED, kind="Sphere"), {}) as app:
+        what = "an update with a frame, driving, ellipsoids instead of boxes / its casts"
+        yield Row(what, ratio(app.update, _casts_of(app), rounds))
+    with _world(hall(SPEED), {}) as app:
+        casts = _casts_of(app)
+        for name, attributes in KNOBS.items():
+            with _world(hall(SPEED, attributes), {}) as other:
+                yield Row(
+                    f"what {name} adds, in casts of a frame",
+                    added(other.update, app.update, casts, max(3, rounds // 4)),
+                )
 
 
 def _world(prims: dict[str, dict[str, Any]], fidelity: dict[str, Any]) -> App:
