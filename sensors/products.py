@@ -55,12 +55,20 @@ def image_size(resolution: Sequence[Any], words: str) -> tuple[int, int]:
 def place_product(app: App, path: str, prim_path: str, resolution: tuple[int, int]) -> RenderProduct:
     """A new render product at a path; an existing one is replaced. Without a sensor ("") it renders nothing.
 
+    Warns where a helper publishes what is replaced: its writers end with it.
     Raises SensorValueError as `render_product` does; then nothing has changed.
     """
     from graph.sim.renderer.products import RenderProduct
 
     product = RenderProduct(path, prim_path, resolution, _sensor(app, prim_path, resolution))
-    if path in app.rendering.products:
+    if (before := app.rendering.products.get(path)) is not None:
+        if before.writers:
+            app.warn(
+                "render-product-replaced",
+                path,
+                "it has another sensor or size: a helper that publishes its frames goes on once it is triggered again; "
+                "trigger it in every update",
+            )
         app.rendering.remove(path)
     _author(app, path, prim_path, resolution)
     app.rendering.add(product)

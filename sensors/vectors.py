@@ -24,22 +24,24 @@ def dot(one: Vector, two: Vector) -> Any:
 
 
 @inlined
+def _row(matrices: np.ndarray, which: Any, axis: Any) -> Vector:
+    return matrices[which, axis, 0], matrices[which, axis, 1], matrices[which, axis, 2]
+
+
+@inlined
+def _column(matrices: np.ndarray, which: Any, axis: Any) -> Vector:
+    return matrices[which, 0, axis], matrices[which, 1, axis], matrices[which, 2, axis]
+
+
+@inlined
 def times(matrices: np.ndarray, which: Any, vector: Vector) -> Vector:
     """One of some matrices (n, 3, 3) times a vector."""
-    x, y, z = vector
-    return (
-        matrices[which, 0, 0] * x + matrices[which, 0, 1] * y + matrices[which, 0, 2] * z,
-        matrices[which, 1, 0] * x + matrices[which, 1, 1] * y + matrices[which, 1, 2] * z,
-        matrices[which, 2, 0] * x + matrices[which, 2, 1] * y + matrices[which, 2, 2] * z,
-    )
+    first, second, third = _row(matrices, which, 0), _row(matrices, which, 1), _row(matrices, which, 2)
+    return dot(first, vector), dot(second, vector), dot(third, vector)
 
 
 @inlined
 def transposed_times(matrices: np.ndarray, which: Any, vector: Vector) -> Vector:
     """The transpose of one of some matrices (n, 3, 3) times a vector."""
-    x, y, z = vector
-    return (
-        matrices[which, 0, 0] * x + matrices[which, 1, 0] * y + matrices[which, 2, 0] * z,
-        matrices[which, 0, 1] * x + matrices[which, 1, 1] * y + matrices[which, 2, 1] * z,
-        matrices[which, 0, 2] * x + matrices[which, 1, 2] * y + matrices[which, 2, 2] * z,
-    )
+    first, second, third = _column(matrices, which, 0), _column(matrices, which, 1), _column(matrices, which, 2)
+    return dot(first, vector), dot(second, vector), dot(third, vector)

@@ -122,19 +122,6 @@ def get_viewport_render_product(db: Database) -> bool:
     return True
 
 
-def _place_anew(db: Database, product: Any, camera: str, size: tuple[int, int]) -> None:
-    """Replaces a product by one of another sensor or size; warns of those that were attached to it."""
-    from sensors.products import place_product
-
-    if product.writers:
-        db.warn(
-            "render-product-replaced",
-            f"{product.path} has another sensor or size: a helper that publishes its frames goes on once it is "
-            "triggered again; trigger it in every update",
-        )
-    place_product(db.app, product.path, camera, size)
-
-
 @node_type(
     "isaacsim.core.nodes.IsaacSetViewportResolution",
     version=1,
@@ -148,6 +135,8 @@ def _place_anew(db: Database, product: Any, camera: str, size: tuple[int, int]) 
 )
 def set_viewport_resolution(db: Database) -> bool:
     """Give a viewport's render product another size."""
+    from sensors.products import place_product
+
     viewport, size = named_viewport(db), (db.inputs.width, db.inputs.height)
     if viewport is None:
         return False
@@ -156,7 +145,7 @@ def set_viewport_resolution(db: Database) -> bool:
     viewport.size = size
     product = product_of(db.app, viewport)
     if product.resolution != size:
-        _place_anew(db, product, viewport.camera, size)
+        place_product(db.app, viewport.path, viewport.camera, size)
     db.fire("execOut")
     return True
 
@@ -173,6 +162,8 @@ def set_viewport_resolution(db: Database) -> bool:
 )
 def set_camera_on_render_product(db: Database) -> None:
     """Make a render product render another sensor prim."""
+    from sensors.products import place_product
+
     inputs, app = db.inputs, db.app
     if len(inputs.cameraPrim) != 1:
         db.lack(f"input cameraPrim names {len(inputs.cameraPrim)} prims; give it the path of one sensor prim")
@@ -181,7 +172,7 @@ def set_camera_on_render_product(db: Database) -> None:
         db.lack(f"there is no render product {inputs.renderProductPath or '(empty path)'}; connect one")
     camera = str(inputs.cameraPrim[0])
     if product.camera_path != camera:
-        _place_anew(db, product, camera, product.resolution)
+        place_product(app, product.path, camera, product.resolution)
         for viewport in viewports_of(app).values():
             if viewport.path == product.path:
                 viewport.camera = camera

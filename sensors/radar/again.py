@@ -73,8 +73,7 @@ def again(setting: Setting, tubes: Tubes, waves: Waves, hits: Hits, bins: Bins) 
     """What waves meet, of which faces, and what becomes of them."""
     faces, face = _faces(setting, tubes, waves, hits)
     found, space = Again.room(setting, waves), setting.space(faces)
-    goes_on = waves.bounce < setting.bounces
-    sent, curved, facing = _again(waves, hits.distance, face, tubes, space, bins, goes_on, found)
+    sent, curved, facing = _again(waves, hits.distance, face, tubes, space, bins, found)
     return Again(found.scattered, found.sent.first(sent), found.curved[:curved], found.facing.first(facing)), faces
 
 
@@ -120,11 +119,11 @@ def _again(
     tubes: Tubes,
     space: Space,
     bins: Bins,
-    goes_on: bool,
     found: Again,
 ) -> tuple[int, int, int]:
     """Adds what is scattered; writes what is sent on of waves (k,), the curved faces that are met, and what faces the
-    radar, and counts each. distance: (k,) [m], to their hits; face: (k,) that are met there.
+    radar, and counts each. distance: (k,) [m], to their hits; face: (k,) that are met there. Without room for waves
+    none is sent on.
     """
     facing = found.facing
     on = bent = ahead = 0
@@ -137,7 +136,7 @@ def _again(
             continue
         echo = echo_of(space, waves.images, wave, touch)
         scatter_again(space, tubes, wave, touch, echo, bins, found.scattered)
-        if goes_on and send_on(space, wave, touch, found.sent, on):
+        if len(found.sent.waves) > 0 and send_on(space, wave, touch, found.sent, on):
             on += 1
         curved = touch.face < space.faces.planes and space.faces.curved[touch.face]
         if curved:

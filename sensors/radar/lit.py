@@ -106,18 +106,18 @@ def lit(setting: Setting, bins: Bins, tubes: Tubes, beam: Beam, part: slice, roo
     owner = _NONE if beam.owner is None else beam.owner[part]
     ahead = Ahead(first, distance, face, owner, beam.skip)
     turning = np.float32(2.0 / (WIDEST * setting.antenna.wavelength))
-    fields, sent, bent = _lit(ahead, tubes, setting.space(faces), images, turning, setting.bounces > 1, bins, room)
+    fields, sent, bent = _lit(ahead, tubes, setting.space(faces), images, turning, bins, room)
     met = Met(1, images, faces, room.met[:bent])
     return Lit(room.scattered, arrived(room.fields.first(fields)), room.sent.first(sent), met)
 
 
 @compiled
 def _lit(
-    ahead: Ahead, tubes: Tubes, space: Space, images: Images, turning: Any, goes_on: bool, bins: Bins, room: LitRoom
+    ahead: Ahead, tubes: Tubes, space: Space, images: Images, turning: Any, bins: Bins, room: LitRoom
 ) -> tuple[int, int, int]:
     """Adds what is scattered; writes fields, waves that are sent on, and curved faces that are met, and counts each.
 
-    turning: turns of phase, over `WIDEST`, on a way of 1 m. goes_on: whether waves are followed.
+    turning: turns of phase, over `WIDEST`, on a way of 1 m. Without room for waves none is followed.
     """
     faces, tables, seen, received = space.faces, space.tables, np.float32(space.seen), np.float32(space.received)
     fields = sent = bent = 0
@@ -146,7 +146,7 @@ def _lit(
                 turns = max(tubes.width[tube], tubes.height[tube]) * way * turning
                 square = cosine * cosine
                 mirrors = turns * turns * (1 - square) < square
-            leads = goes_on and tubes.leads[tube] and 0 <= face < faces.planes
+            leads = len(room.sent.waves) > 0 and tubes.leads[tube] and 0 <= face < faces.planes
             leads = leads and strength(tables.amplitude[table]) > FAINTEST**2
             if not (mirrors or leads):
                 continue

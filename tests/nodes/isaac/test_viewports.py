@@ -75,15 +75,25 @@ def test_a_sensor_set_on_a_viewport_renders_and_stays_through_a_new_size(lidar, 
     assert product.frames > 0
 
 
-@pytest.mark.parametrize(("published", "codes"), [(False, []), (True, ["render-product-replaced"])])
-def test_what_publishes_a_product_that_is_replaced_is_warned_of(lidar, world, published, codes):
+@pytest.mark.parametrize("published", [False, True])
+@pytest.mark.parametrize(
+    ("node", "inputs"),
+    [
+        ("IsaacSetViewportResolution", {"width": 64, "height": 64}),
+        ("IsaacSetCameraOnRenderProduct", {"renderProductPath": f"{ROOT}/Viewport", "cameraPrim": ["/World/Eye"]}),
+        ("omni.graph.ui_nodes.SetActiveViewportCamera", {"viewport": "Viewport", "primPath": "/World/Eye"}),
+    ],
+)
+def test_what_publishes_a_product_that_is_replaced_is_warned_of(lidar, stage, world, node, inputs, published):
     camera = lidar()
+    stage.DefinePrim("/World/Eye", "Camera")
     app = world()
     path = once(app, "IsaacGetViewportRenderProduct").value("renderProductPath")
     once(app, "IsaacSetCameraOnRenderProduct", renderProductPath=path, cameraPrim=[camera])
     app.rendering.products[path].writers += [print] * published
-    trace = once(app, "IsaacSetViewportResolution", width=64, height=64)
-    assert [one.code for one in trace.warnings] == codes
+    once(app, node, **inputs)
+    told = [(one.code, one.where) for one in app.warnings]
+    assert told.count(("render-product-replaced", path)) == published
 
 
 @pytest.mark.parametrize(
