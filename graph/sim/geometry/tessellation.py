@@ -18,7 +18,11 @@ from graph.sim.transforms import Floats
 
 Triangles = NDArray[np.uint32]
 
-FEWEST_PARTS = 8
+FEWEST_PARTS = 12
+"""A circle has at least this many parts: radars take faces for one curved surface whose normals differ by less than 40 deg,
+and a pole of 6 mm, within `mesh.tolerance` with six, would glint like a prism.
+"""
+
 MOST_PARTS = 1024
 """A circle has at most this many parts, whatever the tolerance (a sphere then has a million triangles)."""
 
