@@ -19,8 +19,8 @@ from graph.sim.transforms import Floats
 Triangles = NDArray[np.uint32]
 
 FEWEST_PARTS = 12
-"""A circle has at least this many parts: radars take faces for one curved surface whose normals differ by less than 40 deg,
-and a pole of 6 mm, within `mesh.tolerance` with six, would glint like a prism.
+"""A circle has at least this many parts. Radars take faces for one curved surface if their normals differ by less than
+40 deg; a pole of 6 mm, within `mesh.tolerance` with six faces, would glint like a prism.
 """
 
 MOST_PARTS = 1024
