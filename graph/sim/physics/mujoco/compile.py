@@ -151,6 +151,8 @@ def compile_world(
             add_drive(spec, joint)
     give_memory(spec, len(forest.branches))
     model = compiled(spec)
+    if base is None and options.tolerance is None and options.solver in (None, "newton"):
+        model.opt.tolerance *= lightest_share(model)
     bodies = tuple(branch.body for branch in forest.branches)
     _damp(model, bodies)
     _say_held(model, bodies, warn)
@@ -200,6 +202,16 @@ def _suited(options: SolverOptions, world: WorldModel, based: bool) -> SolverOpt
         return options
     own = OWN if options.cone in (None, OWN.cone) else replace(OWN, impratio=None)
     return options.over(own)
+
+
+def lightest_share(model: Any) -> float:
+    """The mass of the lightest body that moves, as a share of the heaviest one's.
+
+    MuJoCo measures its solver's progress by the mean inertia of a model, so that beside a heavy body a light one is
+    left without its contact forces. Its tolerance times this share is that of the lightest body alone.
+    """
+    masses = model.body_mass[(model.body_treeid >= 0) & (model.body_mass > 0)]
+    return float(masses.min() / masses.max()) if len(masses) else 1.0
 
 
 def _weld_roots(forest: Forest) -> dict[str, str | None]:

@@ -144,6 +144,7 @@ class MujocoEngine(PhysicsEngine):
         model, data, counters, advance = self.model, self.data, self._counters, mujoco.mj_step
         check_positions, check_velocities = mujoco.mj_checkPos, mujoco.mj_checkVel
         limit, first = self.drives.limit_forces if self.drives.limited else None, self.taken + 1
+        iterations, cap = self._monitor.solver_of()
         for self.taken in range(first, first + steps):
             if limit is not None:
                 limit(data)
@@ -157,6 +158,8 @@ class MujocoEngine(PhysicsEngine):
             if counters[3] or counters[4] or counters[5]:
                 self.taken -= 1
                 raise RunError(self._monitor.divergence())
+            if max(iterations) >= cap and self._monitor.check_solver():
+                iterations, cap = self._monitor.solver_of()
             for follow in self._after_step:
                 follow(data)
 
