@@ -1,6 +1,6 @@
 """Old module paths of this package (see `graph.base.forwarding`).
 
-Only modules of the former flat layout are here; what the README names has not moved.
+Only modules of the former flat layout are here; what the manual names has not moved.
 """
 
 from __future__ import annotations

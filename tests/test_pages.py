@@ -34,6 +34,42 @@ def test_the_files_that_the_contributing_page_names_are_there():
     assert len(named) > 25
 
 
+PAGES = [
+    *ROOT.glob("*.md"),
+    *(path for name in ("graph", "nodes", "sensors", "tests") for path in (ROOT / name).rglob("*.md")),
+]
+
+
+def anchors(page):
+    """What links to the headings of a page end with, as GitHub makes them."""
+    text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf8"), flags=re.MULTILINE | re.DOTALL)
+    headings = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def dead_links(page):
+    """The links of a page that lead nowhere in the repository."""
+    for target in re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf8")):
+        place, _, anchor = target.partition("#")
+        if place.startswith("https://"):
+            continue
+        to = page.parent / place if place else page
+        if not to.exists() or (anchor and anchor not in anchors(to)):
+            yield target
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_the_links_of_a_page_lead_somewhere(page):
+    assert list(dead_links(page)) == []
+
+
+def test_a_page_of_the_manual_links_to_pages_of_the_manual_alone():
+    """They ship without the rest of the repository."""
+    for page in (ROOT / "graph/manual").glob("*.md"):
+        links = re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf8"))
+        assert [link for link in links if "/" in link and not link.startswith("https://")] == []
+
+
 def test_the_page_of_the_tests_has_a_row_for_each_trap_and_each_helper():
     page = (ROOT / "tests/README.md").read_text(encoding="utf8")
     tests = (ROOT / "tests/graph/sim/timing/test_clock_settings.py").read_text(encoding="utf8")

@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 
 from graph.base.errors import UserError
-from graph.base.limits import LIMITS, checked
+from graph.base.limits import checked
 
 
 def check_folder(folder: Path) -> None:
@@ -26,7 +26,7 @@ def add_allow(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--allow", action="append", default=[], type=folder, metavar="DIR", help="also allow files below DIR"
     )
-    text = f"change what a file may ask for at most; names: {', '.join(LIMITS)}"
+    text = "change what a file may ask for at most; `graph help robustness` lists the names"
     parser.add_argument("--limit", action="append", default=[], metavar="NAME=VALUE", help=text)
 
 
@@ -72,10 +72,8 @@ def add_play(parser: argparse.ArgumentParser) -> None:
         type=Path,
         metavar="FILE",
         help="send the messages of FILE to the graph's subscribers; may be repeated. FILE is a recording (the folder "
-        "of a run, .mcap, .db3, a rosbag2 folder) or a list of messages (.yaml, .json, .jsonl; one mapping an entry), "
-        "such as: "
-        "- {at: 0.5, topic: /cmd_vel, type: geometry_msgs/msg/Twist, message: {linear: {x: 0.2}}} "
-        "with at in seconds from play; fields left out are zero, later messages of a topic need no type",
+        "of a run, .mcap, .db3, a rosbag2 folder) or a list of messages (.yaml, .json, .jsonl): `graph help robot` has "
+        "an example",
     )
 
 

@@ -65,6 +65,7 @@ COMMANDS = {
     "explain": Command("tell what ticks when, who consumes what, and where traps lie", "explain", settings=True),
     "trade": Command("measure speed against accuracy over fidelity knobs", "trade", settings=True),
     "schema": Command("print the JSON Schema of graph files", "schema"),
+    "help": Command("list the pages of the manual, or print one", "help"),
     "doctor": Command("is this machine ready, and what to install if not", "doctor"),
     "completion": Command("print a script that completes this command in your shell", "completion"),
 }
@@ -252,7 +253,7 @@ def _top_parser() -> _Parser:
         prog="graph",
         usage="graph COMMAND [options]",
         description="Node graphs, exact clocks and multi-rate sensors over MuJoCo and Open3D.",
-        epilog=f"commands:\n{lines}\n\n`graph COMMAND --help` tells more.",
+        epilog=f"commands:\n{lines}\n\n`graph COMMAND --help` lists options, `graph help` the pages of the manual.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="store_true", help="print the version and exit")

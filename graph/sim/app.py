@@ -51,7 +51,7 @@ class App:
     `MjcfScene`. `physics_hz` is preferred over the rate of the stage's physics scene or the MJCF time step, then 60;
     `loop_hz` defaults to 60. `fidelity` maps knobs (`lidar.motion`) to values. `physics` makes the physics engine, by
     default MuJoCo (see `graph.sim.physics.protocol.EngineFactory`). `allow`: further folders to which the USD file may
-    refer. `prune`: leave out what nothing requires (README.md, "Only what is required"); without it the output is the
+    refer. `prune`: leave out what nothing requires (`graph help performance`); without it the output is the
     same. Raises UserError for options that cannot be run.
 
     An App holds its parts and passes calls on to them: `world` (stage, Fabric, physics, edits), `simulation` (builds,

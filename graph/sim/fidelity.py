@@ -2,7 +2,7 @@
 
 The one table of all fidelity knobs (those of physics stand in `physics_knobs`). A knob is a field of `Fidelity`:
 `lidar.motion` in files and on the command line is the field `lidar_motion`. Its values follow from the field's type.
-`App`, `graph check`, `--fidelity`, `graph schema` and the README's test read this table.
+`App`, `graph check`, `--fidelity`, `graph schema` and the manual read this table.
 """
 
 # Without `from __future__ import annotations`: KNOBS is made from the fields' types, which are objects here.

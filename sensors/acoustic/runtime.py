@@ -42,7 +42,7 @@ class AcousticRuntime(SensorRuntime[AcousticConfig]):
             self._app.warn(
                 "acoustic-attribute-ignored",
                 self.path,
-                f"{', '.join(ignored)}: no effect here; README.md says how acoustic sensors are modelled",
+                f"{', '.join(ignored)}: no effect here; `graph help other-sensors` says what acoustic sensors model",
             )
         for name, reason in unknown_attributes(prim, PREFIX, FAMILIES):
             self._app.warn("sensor-attribute-unknown", f"{self.path}.{name}", reason)

@@ -31,7 +31,7 @@ SEGMENTED = ("instance_id_segmentation", "instance_segmentation", "semantic_segm
 
 
 def measure(quick: bool) -> Iterator[Row]:
-    """The ratios that the README quotes."""
+    """The ratios that the manual quotes."""
     rounds = 5 if quick else 25
     for what, channels, bound in (
         ("depth", ("distance_to_image_plane",), 1.25),

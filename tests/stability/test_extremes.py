@@ -1,4 +1,4 @@
-"""The cases of `graph doctor --stability`, the command, and the table in the README."""
+"""The cases of `graph doctor --stability`, and the command."""
 
 import json
 import re
@@ -8,9 +8,6 @@ import pytest
 from graph.cli.main import main
 from graph.stability.case import Case
 from graph.stability.table import CASES
-from tests.support.places import ROOT
-
-from .readme import COMMAND, table_of
 
 FAST = [case for case in CASES if not case.slow]
 
@@ -19,13 +16,6 @@ FAST = [case for case in CASES if not case.slow]
 def test_a_case_at_an_extreme_meets_its_bound(case):
     outcome = case.run()
     assert outcome.ok, f"{outcome.measured}; the bound is {case.limit}: {case.why}"
-
-
-def test_the_table_in_the_readme_has_every_case_with_its_bound_and_reason():
-    """Measured values differ between machines; the others do not."""
-    shown = [[cell.strip() for cell in re.split(r" *(?<!\\)\| *", line)[1:-1]] for line in table_of(ROOT / "README.md")]
-    wanted = [[case.area, case.name, case.limit, case.why] for case in CASES]
-    assert [[*cells[:3], cells[4]] for cells in shown[2:]] == wanted, f"run: {COMMAND}"
 
 
 def lines_of(capsys, *options):

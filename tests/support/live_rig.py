@@ -47,7 +47,7 @@ _OF_ROS = (
     '<CycloneDDS><Domain Id="{0}"><General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces></General>'
     "</Domain></CycloneDDS>"
 )
-"""What rmw_cyclonedds makes of the README's CYCLONEDDS_URI: its own part first."""
+"""What rmw_cyclonedds makes of the manual's CYCLONEDDS_URI: its own part first."""
 
 
 def ros_domain(number):

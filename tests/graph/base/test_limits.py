@@ -1,8 +1,6 @@
 """The table of limits; `tests/robustness/test_bounds.py` takes each at its value and one beyond."""
 
 import json
-import re
-from pathlib import Path
 
 import pytest
 
@@ -11,13 +9,6 @@ from graph.base.errors import RunError, UserError
 from graph.cli.main import main
 from graph.sim import App
 from graph.sim.fidelity import Fidelity
-
-README = Path(__file__).parents[3] / "README.md"
-
-
-def test_the_readme_lists_every_limit_with_its_value():
-    rows = re.findall(r"^\| `([a-z_.]+)` \| ([\d,]+) ([a-z ]+) \| (.+?) \|$", README.read_text(), re.MULTILINE)
-    assert rows == [(name, f"{one.default:,}", one.unit, one.doc) for name, one in limits.LIMITS.items()]
 
 
 def test_a_limit_is_changed_for_what_runs_inside_alone():

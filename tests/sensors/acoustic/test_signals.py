@@ -93,7 +93,7 @@ def test_a_wall_echoes_as_its_image_source_after_its_time_of_flight(sonar):
 
 @pytest.mark.parametrize("place", [1.0, 2.0, 2.7, 3.5, 4.6])
 def test_the_default_fan_is_right_to_2_5_percent(sonar, place):
-    """Where a tube's phase turns whole times over its width, what is left out of it adds up: README.md."""
+    """Where a tube's phase turns whole times over its width, what is left out of it adds up."""
     assert heard(sonar([((place + 0.5, 0, 0), (1, 20, 20))])).scalar.max() == pytest.approx(loss(2 * place), rel=0.025)
 
 

@@ -1,4 +1,4 @@
-"""The README's examples, typed in as they stand."""
+"""The pages of the manual: their examples typed in as they stand, their names and figures as the code has them."""
 
 import os
 import re
@@ -9,24 +9,55 @@ import pytest
 from ruamel.yaml import YAML
 
 from graph.base.limits import LIMITS
-from graph.cli.main import COMMANDS, main
+from graph.cli.main import main
+from graph.manual import ORDER, page, pages
 from graph.sim.fidelity import KNOBS, Fidelity
 from graph.sim.scene.prim_keys import KEYS
 from graph.testing import run_graph
+from tests.support import manual
 from tests.support.places import ROOT
 
-README = (ROOT / "README.md").read_text(encoding="utf-8")
+MANUAL = "".join(one.text for one in pages())
 
 
-def blocks(language):
-    """The fenced blocks of one language, in order."""
-    return re.findall(rf"^```{language}\n(.*?)^```$", README, re.MULTILINE | re.DOTALL)
+def blocks(language, topic=None):
+    """The fenced blocks of one language, in order: of a page, or of all."""
+    text = page(topic).text if topic else MANUAL
+    return re.findall(rf"^```{language}\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
 
 
 PYTHON = blocks("python")
 NODE, EVERY_NTH = (block for block in PYTHON if "@node_type" in block)
-"""The nodes that the README keeps in halve.py and every_nth.py."""
-GRAPH, ROBOT, COMMANDS_FILE, TESTS = blocks("yaml")
+"""The nodes that the page of nodes keeps in halve.py and every_nth.py."""
+
+
+def test_every_file_of_the_manual_is_in_its_order():
+    assert sorted(ORDER) == sorted(path.stem for path in (ROOT / "graph/manual").glob("*.md"))
+
+
+@pytest.mark.parametrize("topic", ORDER)
+def test_a_page_begins_with_its_title_and_a_line_of_what_it_answers(topic):
+    one = page(topic)
+    assert one.text.startswith(f"# {one.title}\n\n{one.line}\n\n")
+    assert 20 < len(one.line) <= 120
+    assert one.line.endswith(".")
+
+
+def test_what_commands_print_is_up_to_date_in_the_pages(capsys):
+    assert manual.main(["--check"]) == 0, capsys.readouterr().out
+
+
+def test_a_part_that_is_not_up_to_date_is_found_and_written_again(tmp_path, monkeypatch, capsys):
+    for path in manual.FOLDER.glob("*.md"):
+        text = path.read_text(encoding="utf8")
+        (tmp_path / path.name).write_text(
+            text.replace("| `lidar.bins` | 10,000", "| `lidar.bins` | 1"), encoding="utf8"
+        )
+    monkeypatch.setattr(manual, "FOLDER", tmp_path)
+    assert manual.main(["--check"]) == 1
+    assert capsys.readouterr().out == f"not up to date: robustness; run: {manual.COMMAND}\n"
+    assert manual.main([]) == 0
+    assert (tmp_path / "robustness.md").read_text(encoding="utf8") == page("robustness").text
 
 
 @pytest.mark.parametrize("block", PYTHON, ids=[block.splitlines()[0] for block in PYTHON])
@@ -48,7 +79,7 @@ def test_every_python_block_runs_by_itself_beside_the_file_that_it_names(tmp_pat
 
 def test_the_graph_file_checks_and_runs(tmp_path):
     file = tmp_path / "first.yaml"
-    file.write_text(GRAPH)
+    file.write_text(blocks("yaml", "graph-files")[0])
     assert main(["check", str(file)]) == 0
     assert main(["run", str(file), "--updates", "30", "--strict"]) == 0
 
@@ -56,20 +87,21 @@ def test_the_graph_file_checks_and_runs(tmp_path):
 def test_the_graph_file_is_what_graph_new_sensors_writes(tmp_path):
     assert main(["new", "sensors", str(tmp_path / "first.yaml")]) == 0
     read = YAML(typ="safe").load
-    assert read(tmp_path / "first.yaml") == read(GRAPH)
+    assert read(tmp_path / "first.yaml") == read(blocks("yaml", "graph-files")[0])
 
 
 def test_the_test_file_passes(tmp_path, capsys):
     file = tmp_path / "counts.test.yaml"
-    file.write_text(TESTS)
+    file.write_text(blocks("yaml", "nodes-and-tests")[0])
     assert main(["test", str(file)]) == 0
     assert "1 passed, 0 failed" in capsys.readouterr().out
 
 
 def test_the_robot_drives_as_commanded(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "robot.yaml").write_text(ROBOT)
-    (tmp_path / "commands.yaml").write_text(COMMANDS_FILE)
+    robot, commands = blocks("yaml", "robot")
+    (tmp_path / "robot.yaml").write_text(robot)
+    (tmp_path / "commands.yaml").write_text(commands)
     assert main(["check", "robot.yaml"]) == 0
     assert main(["run", "robot.yaml", "--play", "commands.yaml", "--out", "out/robot", "--strict"]) == 0
     trace = run_graph("robot.yaml", updates=240, play=["commands.yaml"])
@@ -95,13 +127,9 @@ def test_the_node_with_memory_passes_on_every_third_trigger_and_refuses_a_count_
     assert main(["test", str(tmp_path / "nth.test.yaml"), "--nodes", str(file)]) == 0
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-def test_every_command_has_its_line(command):
-    assert f"`graph {command}" in README
-
-
 def test_every_key_of_a_prim_has_its_place():
-    table = README[README.index("| keys of a prim in a graph file |") :].split("\n\n")[0]
+    world = page("world").text
+    table = world[world.index("| keys of a prim in a graph file |") :].split("\n\n")[0]
     assert set(re.findall(r"`(\w+)`", table)) >= set(KEYS)
 
 
@@ -110,7 +138,7 @@ KNOB = re.compile(r"(?<![\w./])((?:physics|lidar|radar|camera|mesh)\.[a-z_]+|(?:
 
 
 def test_every_knob_that_is_named_exists_and_takes_the_value_that_stands_there():
-    found = [match for code in re.findall(r"`([^`\n]+)`", README) for match in KNOB.findall(code)]
+    found = [match for code in re.findall(r"`([^`\n]+)`", MANUAL) for match in KNOB.findall(code)]
     assert {"lidar.motion", "lidar.subrays", "mesh.tolerance", "fabric", "tlas"} <= {name for name, _ in found}
     for name, value in found:
         if value or name not in LIMITS:  # those of the table of limits share the knobs' words
@@ -119,6 +147,6 @@ def test_every_knob_that_is_named_exists_and_takes_the_value_that_stands_there()
 
 def test_the_defaults_in_brackets_are_those_of_the_knobs():
     """As in "`lidar.bins` (8)"."""
-    found = re.findall(r"`([a-z]+\.[a-z]+)` \((\d+)\)", README)
+    found = re.findall(r"`([a-z]+\.[a-z]+)` \((\d+)\)", MANUAL)
     assert found
     assert {name: KNOBS[name].default for name, _ in found} == {name: int(value) for name, value in found}

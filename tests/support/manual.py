@@ -1,0 +1,174 @@
+"""Writes what commands print into the pages of the manual: their options, the knobs, the limits, the extremes.
+
+python -m tests.support.manual [--check] [--measure] [--slow]
+
+--check: change nothing, and fail if a page is not up to date. --measure: run the cases of `graph doctor --stability`
+again (--slow: also those that take minutes); without it the page keeps their measured values.
+"""
+
+from __future__ import annotations
+
+import argparse
+import functools
+import re
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+
+from graph.base.limits import LIMITS
+from graph.cli.completion import command_line
+from graph.cli.main import COMMANDS
+from graph.stability.table import CASES, HEADINGS, outcomes
+from tests.support.places import ROOT
+
+COMMAND = ".venv/bin/python -m tests.support.manual"
+FOLDER = ROOT / "graph" / "manual"
+SAID_ONCE = ("--help", "--debug")
+"""Options of every command, which the page of commands explains at its top."""
+MANY = 3
+"""Commands with the same argument for which it is explained once."""
+
+
+@dataclass(frozen=True)
+class Block:
+    """A part of a page between `<!-- NAME -->` and `<!-- end NAME -->`, made by a function from what it is now."""
+
+    page: str
+    name: str
+    make: Callable[[str], str]
+
+
+def table(headings: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """A Markdown table; `|` in cells is escaped."""
+    lines = [[cell.replace("|", "\\|") for cell in row] for row in (headings, *rows)]
+    rule = f"|{'---|' * len(lines[0])}"
+    return "\n".join([f"| {' | '.join(lines[0])} |", rule, *(f"| {' | '.join(row)} |" for row in lines[1:])])
+
+
+def commands() -> str:
+    """Every command with its line, as `graph --help` prints them."""
+    return table(("command", "what it does"), ((f"`graph {name}`", one.help) for name, one in COMMANDS.items()))
+
+
+@functools.cache
+def arguments() -> dict[str, dict[str, str]]:
+    """The arguments of each command, in the order of its --help: how each is written, and what it does."""
+    [commands] = (action for action in command_line()._actions if isinstance(action, argparse._SubParsersAction))
+    return {
+        name: {spelling(action): said(action) for action in parser._actions if action.help != argparse.SUPPRESS}
+        for name, parser in commands.choices.items()
+    }
+
+
+def shared() -> dict[str, list[str]]:
+    """The arguments that several commands explain in the same words, with these commands."""
+    owners: dict[tuple[str, str], list[str]] = {}
+    for name, listed in arguments().items():
+        for argument in listed.items():
+            owners.setdefault(argument, []).append(name)
+    return {argument: names for (argument, _), names in owners.items() if len(names) >= MANY}
+
+
+def options(name: str) -> str:
+    """The arguments of a command, as its --help prints them; those of many commands by name."""
+    listed, common = arguments()[name], shared()
+    own = [argument for argument in listed if name not in common.get(argument, ())]
+    lines = [table(("argument", "what it does"), ((f"`{argument}`", listed[argument]) for argument in own))]
+    also = [f"`{argument.split()[0]}`" for argument in listed if argument not in own and argument not in SAID_ONCE]
+    if also:
+        lines += ["", f"Also: {', '.join(also)} ([below](#options-of-several-commands))."]
+    return "\n".join(lines)
+
+
+def shared_options() -> str:
+    """What the arguments of many commands do."""
+    listed = arguments()
+    rows = (
+        (f"`{argument}`", listed[names[0]][argument])
+        for argument, names in shared().items()
+        if argument not in SAID_ONCE
+    )
+    return table(("argument", "what it does"), rows)
+
+
+def said(action: argparse.Action) -> str:
+    """The help of an argument; an option that may be given several times says so."""
+    several = isinstance(action, argparse._AppendAction) and "repeated" not in (action.help or "")
+    return f"{action.help or ''}{'; may be repeated' if several else ''}"
+
+
+def spelling(action: argparse.Action) -> str:
+    """How an argument is written: `--out DIR`, `FILE`."""
+    value = action.metavar or ("{" + ",".join(map(str, action.choices)) + "}" if action.choices else "")
+    if not action.option_strings:
+        return str(value or action.dest)
+    return f"{action.option_strings[-1]} {value}".rstrip() if action.nargs != 0 else action.option_strings[-1]
+
+
+def limits() -> str:
+    """The table of limits."""
+    rows = ((f"`{name}`", f"{one.default:,} {one.unit}", one.doc) for name, one in LIMITS.items())
+    return table(("limit", "value", "of"), rows)
+
+
+def extremes(before: str, measure: bool, slow: bool) -> str:
+    """The table of cases at the extremes; cases that do not run again keep their measured value."""
+    kept = {cells[1]: cells[3] for cells in map(cells_of, before.splitlines()[2:])}
+    again = {case.name for case in CASES if case.name not in kept or (measure and (slow or not case.slow))}
+    measured = kept | {one.case.name: one.measured for one in outcomes(case for case in CASES if case.name in again)}
+    return table(HEADINGS, ((one.area, one.name, one.limit, measured[one.name], one.why) for one in CASES))
+
+
+def cells_of(line: str) -> list[str]:
+    """The cells of a row of a Markdown table."""
+    return [cell.strip().replace("\\|", "|") for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
+
+
+def _options(name: str, before: str) -> str:
+    return options(name)
+
+
+def blocks(measure: bool = False, slow: bool = False) -> Iterator[Block]:
+    """Every generated part."""
+    yield Block("commands", "commands", lambda _: commands())
+    for name in COMMANDS:
+        yield Block("commands", f"options of {name}", functools.partial(_options, name))
+    yield Block("commands", "options of several commands", lambda _: shared_options())
+    yield Block("robustness", "limits", lambda _: limits())
+    yield Block("stability", "extremes", lambda before: extremes(before, measure, slow))
+
+
+def renewed(text: str, block: Block) -> str:
+    """A page with one part made again. Raises LookupError if the page has no such part."""
+    start, end = f"<!-- {block.name} -->\n", f"<!-- end {block.name} -->\n"
+    head, found, rest = text.partition(start)
+    before, closed, tail = rest.partition(end)
+    if not found or not closed:
+        raise LookupError(f"{block.page}.md has no part {start.strip()} ... {end.strip()}; add these two lines")
+    return f"{head}{start}{block.make(before)}\n{end}{tail}"
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Writes the pages, or checks them; returns the exit code."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    for option in ("--check", "--measure", "--slow"):
+        parser.add_argument(option, action="store_true")
+    args = parser.parse_args(arguments)
+    stale = []
+    pages = {path.stem: path.read_text(encoding="utf8") for path in FOLDER.glob("*.md")}
+    new = dict(pages)
+    for block in blocks(args.measure or args.slow, args.slow):
+        new[block.page] = renewed(new[block.page], block)
+    for name, text in new.items():
+        if text != pages[name]:
+            stale.append(name)
+            if not args.check:
+                (FOLDER / f"{name}.md").write_text(text, encoding="utf8")
+    if args.check and stale:
+        print(f"not up to date: {', '.join(stale)}; run: {COMMAND}")
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
