@@ -53,9 +53,21 @@ def add_nodes(parser: argparse.ArgumentParser) -> None:
 
 
 def add_overrides(parser: argparse.ArgumentParser) -> None:
-    """Adds `--set NODE.ATTR=VALUE` and `--fidelity K=V`, each repeatable."""
-    parser.add_argument("--set", action="append", default=[], metavar="NODE.ATTR=VALUE", help="override a node's input")
+    """Adds `--set NODE.ATTR=VALUE | /PRIM.ATTR=VALUE` and `--fidelity K=V`, each repeatable."""
+    add_set(parser)
     add_fidelity(parser)
+
+
+def add_set(parser: argparse.ArgumentParser) -> None:
+    """Adds `--set NODE.ATTR=VALUE | /PRIM.ATTR=VALUE`, repeatable."""
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NODE.ATTR=VALUE",
+        help="override a node's input, or an attribute of a prim: /PRIM/PATH.ATTR=VALUE, where ATTR is a USD attribute "
+        "(omni:sensor:tickRate) or a key of inline prims (translate, rotate, scale, radius, mass, config)",
+    )
 
 
 def add_fidelity(parser: argparse.ArgumentParser) -> None:
@@ -116,7 +128,7 @@ def fidelity_of(args: argparse.Namespace) -> dict[str, str]:
 
 
 def overrides_of(args: argparse.Namespace) -> dict[str, str]:
-    """The inputs of nodes that a command line sets. Raises UserError for an option without =."""
+    """The values that a command line sets on nodes and prims, by target. Raises UserError for an option without =."""
     return _pairs(args.set, "--set", "NODE.ATTR")
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.gc_pause import collector_paused
 
-from .arguments import add_allow, add_nodes, add_skip_outside
+from .arguments import add_allow, add_nodes, add_set, add_skip_outside, overrides_of
 from .printing import counted, note_line, problem_line, say, say_json, tell
 
 if TYPE_CHECKING:
@@ -71,6 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--skip-unknown", action="store_true", help="leave nodes of unknown types out, with a warning")
     parser.add_argument("--json", action="store_true", help="print the result as JSON and nothing else on stdout")
+    add_set(parser)
     add_nodes(parser)
     add_allow(parser)
     add_skip_outside(parser)
@@ -84,6 +85,7 @@ def run(args: argparse.Namespace) -> int:
             allow=args.allow,
             skip_outside=args.skip_outside,
             settings=args.settings,
+            overrides=overrides_of(args),
             skip_unknown=args.skip_unknown,
             target=args.target,
         )
@@ -109,10 +111,11 @@ def check(
     allow: Sequence[Path] = (),
     skip_outside: bool = False,
     settings: Mapping[str, Any] | None = None,
+    overrides: Mapping[str, Any] | None = None,
     skip_unknown: bool = False,
     target: str | None = None,
 ) -> Checked:
-    """Loads, compiles and stages one file, without playing it; `settings` replace those of the file.
+    """Loads, compiles and stages one file, without playing it; `settings` and `overrides` replace the file's values.
 
     target: a product whose known faults are looked for too.
     """
@@ -122,7 +125,14 @@ def check(
 
     if is_test_file(Path(file)):
         return _check_tests(file, allow)
-    parts = build_parts(file, allow=allow, skip_outside=skip_outside, settings=settings, skip_unknown=skip_unknown)
+    parts = build_parts(
+        file,
+        allow=allow,
+        skip_outside=skip_outside,
+        settings=settings,
+        overrides=overrides,
+        skip_unknown=skip_unknown,
+    )
     problems, notes = tuple(parts.problems), tuple(parts.warnings)
     if target is not None and parts.spec is not None and parts.stage is not None:
         from graph.session.graph_links import Links

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import RunError, UserError
 
-from .arguments import add_allow, add_fidelity, add_nodes, add_skip_outside, fidelity_of
+from .arguments import add_allow, add_nodes, add_overrides, add_skip_outside, fidelity_of, overrides_of
 from .printing import aligned, note_line, say, say_json, tell
 from .product_size import product_size
 
@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--updates", type=int, metavar="N", help="run N app updates and take the newest frame (default: the first one)"
     )
-    add_fidelity(parser)
+    add_overrides(parser)
     parser.add_argument("--skip-unknown", action="store_true", help="leave nodes of unknown types out, with a warning")
     add_nodes(parser)
     add_allow(parser)
@@ -60,6 +60,7 @@ def run(args: argparse.Namespace) -> int:
         skip_outside=args.skip_outside,
         settings={**{one.setting: True for one in CHANNELS.values() if one.setting}, **args.settings},
         fidelity=fidelity_of(args),
+        overrides=overrides_of(args),
         skip_unknown=args.skip_unknown,
         on_error="continue",
     )

@@ -50,7 +50,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="KEY=V1,V2,...",
-        help="values of a fidelity knob; may be repeated: every combination is run",
+        help="values of a fidelity knob, a node's input (NODE.ATTR) or an attribute of a prim "
+        "(/World/Lidar.omni:sensor:tickRate=5,10,20); may be repeated: every combination is run. KEY+KEY=... gives "
+        "several attributes the same value",
     )
     parser.add_argument(
         "--one-at-a-time",
@@ -62,7 +64,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="KEY=V",
-        help="a knob of the setting that is taken as exact (default: the finest value of each knob that is varied)",
+        help="a knob or attribute of the setting that is taken as exact (default: of each that is varied the finest "
+        "value: of an attribute the first, of a rate the highest)",
     )
     parser.add_argument(
         "--budget", action="append", default=[], metavar="METRIC=VALUE", help="a bound that the answer has to keep"
@@ -125,12 +128,14 @@ def run(args: argparse.Namespace) -> int:
 
 def _study(args: argparse.Namespace) -> Study:
     """The study of the command line. Raises UserError with everything that is wrong with it."""
-    from graph.trade.study import Study, finest, plan_settings, read_values, read_varied
+    from graph.sim.fidelity import KNOBS
+    from graph.trade.study import Study, finest, overrides_of, plan_settings, read_values, read_varied
     from graph.trade.writing import check_writable
 
     problems: list[Problem] = []
-    varied = _collected(problems, lambda: read_varied(args.vary)) or {}
-    given = _collected(problems, lambda: read_values(args.reference, "--reference")) or {}
+    nodes = functools.cache(lambda: _node_names(args))
+    varied = _collected(problems, lambda: read_varied(args.vary, nodes)) or {}
+    given = _collected(problems, lambda: read_values(args.reference, "--reference", nodes)) or {}
     budget = _collected(problems, lambda: _budget(args.budget)) or {}
     length = _collected(problems, lambda: _duration(args.duration))
     scene = _collected(problems, lambda: _scene(args))
@@ -139,14 +144,18 @@ def _study(args: argparse.Namespace) -> Study:
     if not args.vary:
         problems.append(Problem("give a knob to vary: --vary KEY=V1,V2,... (graph trade --list)"))
     if scene is not None:
-        both = [name for name in varied if name in scene.fidelity]
+        set_by = [("--fidelity", name, "knob") for name in varied if name in scene.fidelity]
+        set_by += [("--set", name, "attribute") for name in overrides_of(varied) if name in scene.overrides]
         problems += [
-            Problem(f"--fidelity {name}: --vary has this knob too; leave it out of one of them") for name in both
+            Problem(f"{flag} {name}: --vary has this {what} too; leave it out of one of them")
+            for flag, name, what in set_by
         ]
     if args.repeat < 1:
         problems.append(Problem(f"--repeat {args.repeat}: give a number of runs, 1 or more"))
     if args.write and not args.budget:
         problems.append(Problem("--write writes the cheapest setting within a budget; give --budget METRIC=VALUE"))
+    if args.write and (others := [name for name in varied if name not in KNOBS]):
+        problems.append(Problem(f"--write writes fidelity knobs, not {', '.join(others)}; set it by hand"))
     if args.out:
         _collected(problems, lambda: check_folder(args.out))
     if args.write and args.file is not None and args.file.is_file():
@@ -165,6 +174,15 @@ def _collected(problems: list[Problem], ask: Callable[[], Answer]) -> Answer | N
     except UserError as error:
         problems += error.problems
         return None
+
+
+def _node_names(args: argparse.Namespace) -> list[str]:
+    """The names of the file's nodes; none if it cannot be read, which is said when it is opened."""
+    from graph.files import examine
+    from graph.session.overrides import node_names
+
+    spec = examine(args.file, allow=args.allow, skip_outside=args.skip_outside).spec if args.file else None
+    return node_names(spec) if spec is not None else []
 
 
 def _scene(args: argparse.Namespace) -> Scene:
@@ -293,18 +311,22 @@ def _print_settings(outcome: Outcome) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from graph.trade.study import word
+    from graph.sim.fidelity import KNOBS
+    from graph.trade.study import label, word
     from graph.trade.verdict import PAYS, UNRESOLVED, marked
 
     console = Console(width=None if sys.stdout.isatty() else 140)
-    knobs = {name: max(map(len, [name, *map(word, values)])) for name, values in outcome.study.varied.items()}
+    knobs = {name: max(map(len, [label(name), *map(word, values)])) for name, values in outcome.study.varied.items()}
+    attributes = any(name not in KNOBS for name in knobs)  # they change how often sensors tick
+    if attributes:
+        knobs["frames/s"] = len("frames/s")
     room = console.width - sum(knobs.values()) - len(knobs) - COSTS_WIDTH
     most = min(MOST_COLUMNS, room // COLUMN_WIDTH)
     names = outcome.shown[: max(1, most, len(outcome.study.budget))]
     table = Table(box=None, pad_edge=False, header_style="bold")
     for name in outcome.study.varied:
-        table.add_column(name, no_wrap=True)
-    for name in ("cpu s/s", "wall s/s"):
+        table.add_column(label(name), no_wrap=True)
+    for name in (*(["frames/s"] if attributes else []), "cpu s/s", "wall s/s"):
         table.add_column(name, justify="right", no_wrap=True)
     for name in names:
         table.add_column(name.replace(".", ".\n"), justify="right", no_wrap=True)
@@ -312,6 +334,8 @@ def _print_settings(outcome: Outcome) -> None:
     for row in outcome.rows:
         cost, spread = row.cost, row.spread
         cells = [word(row.setting[name]) for name in outcome.study.varied]
+        if attributes:
+            cells.append("" if row.frames is None else f"{row.frames:.4g}")
         if cost is None:
             cells += [row.status, ""]
         else:

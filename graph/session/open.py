@@ -14,7 +14,7 @@ from graph.base.gc_pause import collector_paused
 from graph.spec.file_spec import FileSpec, Note
 
 from .graph_checks import graph_notes
-from .overrides import override_inputs
+from .overrides import apply_overrides
 from .stage import (
     build_stage,
     missing_targets,
@@ -68,7 +68,7 @@ def build_parts(
     *,
     allow: Sequence[str | Path] = (),
     skip_outside: bool = False,
-    overrides: Mapping[str, str] | None = None,
+    overrides: Mapping[str, Any] | None = None,
     settings: Mapping[str, Any] | None = None,
     fidelity: Mapping[str, Any] | None = None,
     registry: Registry | None = None,
@@ -78,8 +78,8 @@ def build_parts(
 
     A `FileSpec` is taken unchanged. `allow` names further folders that the file may read, besides its own. References
     of a scene to other folders are refused, or with `skip_outside` left out with a warning. `overrides` maps NODE.ATTR
-    to a value as in YAML; `settings` and `fidelity` replace the file's; `registry` has the node types (default: all);
-    `skip_unknown` leaves out nodes of other types.
+    or /PRIM/PATH.ATTR to a value (`apply_overrides`); `settings` and `fidelity` replace the file's; `registry` has the
+    node types (default: all); `skip_unknown` leaves out nodes of other types.
     """
     from graph.files import examine
     from graph.node.registry import DEFAULT
@@ -107,7 +107,7 @@ def build_parts(
 
         scene = str(spec.scene.usd or spec.path)
         with _collecting(problems):
-            spec = override_inputs(spec, overrides or {})
+            spec = apply_overrides(spec, overrides or {})
             spec = replace(
                 spec,
                 settings={**spec.settings, **(settings or {})},
@@ -148,7 +148,7 @@ def open_session(
     skip_outside: bool = False,
     settings: Mapping[str, Any] | None = None,
     fidelity: Mapping[str, Any] | None = None,
-    overrides: Mapping[str, str] | None = None,
+    overrides: Mapping[str, Any] | None = None,
     seed: int = 0,
     realtime: bool = False,
     on_error: OnError | None = None,

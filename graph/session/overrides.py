@@ -1,4 +1,4 @@
-"""Values of the caller that replace those of a graph file: `--set NODE.ATTR=VALUE`."""
+"""Values of the caller that replace those of a graph file: `--set NODE.ATTR=VALUE` and `--set /PRIM.ATTR=VALUE`."""
 
 from __future__ import annotations
 
@@ -6,36 +6,92 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from graph.base.errors import UserError
+from graph.base.errors import Mark, Problem, UserError
 from graph.base.suggest import did_you_mean
-from graph.spec.file_spec import FileSpec, GraphSpec
+from graph.spec.file_spec import FileSpec, GraphSpec, SceneSpec
+
+REPLACED = {"orient": "rotate", "rotate": "orient", "density": "mass"}
+"""Keys of a prim that hold instead of another: setting one removes the other."""
+SET = "--set"
+FORMS = "write NODE.ATTR=VALUE for a node's input, or /PRIM/PATH.ATTR=VALUE for a prim of the scene"
 
 
-def override_inputs(spec: FileSpec, overrides: Mapping[str, str]) -> FileSpec:
-    """The file with `NODE.ATTR` inputs replaced; NODE is a node's name, or its path if the name is not unique."""
+def apply_overrides(spec: FileSpec, overrides: Mapping[str, Any]) -> FileSpec:
+    """The file with some of its values replaced; a value given as text is read as YAML.
+
+    `NODE.ATTR` is an input of a node, by the node's name, or by its path if the name is not unique. `/PRIM/PATH.ATTR`
+    is a key of an inline prim (`translate`, `radius`, `config`) or any USD attribute, of a prim of the file or of its
+    scene; the latter are found when the stage is built (`graph.session.stage`). Raises UserError with a line for each
+    target that cannot be.
+    """
+    problems: list[Problem] = []
+    for target, given in overrides.items():
+        try:
+            spec = _applied(spec, target, given)
+        except UserError as error:
+            problems += [Problem(f"{SET} {target}: {one.message}") for one in error.problems]
+    if problems:
+        raise UserError(problems)
+    return spec
+
+
+def node_names(spec: FileSpec) -> list[str]:
+    """The names by which `NODE.ATTR` can name the nodes of a file: their own, and their paths."""
+    return [name for graph in spec.graphs for node in graph.nodes for name in (node.name, f"{graph.path}/{node.name}")]
+
+
+def _applied(spec: FileSpec, target: str, given: Any) -> FileSpec:
     from graph.files import parse_value
 
-    graphs = list(spec.graphs)
-    for target, text in overrides.items():
-        name, _, attribute = target.rpartition(".")
-        found = [
-            (g, n)
-            for g, graph in enumerate(graphs)
-            for n, node in enumerate(graph.nodes)
-            if name in (node.name, f"{graph.path}/{node.name}")
-        ]
-        if len(found) != 1:
-            known = [node.name for graph in graphs for node in graph.nodes]
-            near = f"no node has that name{did_you_mean(name, known)}"
-            raise UserError(
-                f"--set {target}: {'several graphs have such a node; give its whole path' if found else near}"
-            )
+    name, dot, attribute = target.rpartition(".")
+    if not dot or not name or not attribute:
+        raise UserError(_missing_dot(target))
+    mark = Mark(f"{SET} {target}", 0, 0)
+    found = [
+        (g, n)
+        for g, graph in enumerate(spec.graphs)
+        for n, node in enumerate(graph.nodes)
+        if name in (node.name, f"{graph.path}/{node.name}")
+    ]
+    if len(found) > 1:
+        raise UserError("several graphs have such a node; give its whole path")
+    value = parse_value(given) if isinstance(given, str) else given
+    if found:
         [(g, n)] = found
-        attribute = attribute.removeprefix("inputs:")
-        if _is_connected(graphs[g], graphs[g].nodes[n].name, attribute):
-            raise UserError(f"--set {target}: a connection feeds this input; set the attribute at its source")
-        graphs[g] = _with_input(graphs[g], n, attribute, parse_value(text))
-    return replace(spec, graphs=tuple(graphs))
+        graphs = [*spec.graphs]
+        graphs[g] = _with_input(graphs[g], n, attribute.removeprefix("inputs:"), value, mark)
+        return replace(spec, graphs=tuple(graphs))
+    if not name.startswith("/") or any(name.startswith(f"{graph.path}/") for graph in spec.graphs):
+        raise UserError(_unknown_node(spec, name, attribute))
+    return replace(spec, scene=_with_key(spec.scene, name.removesuffix(".attributes"), attribute, value, mark))
+
+
+def _missing_dot(target: str) -> str:
+    """What is wrong with a target without a dot; a path that ends in an attribute's name gets one."""
+    prim, slash, attribute = target.rpartition("/")
+    if slash and prim and ":" in attribute:
+        return f"the attribute stands behind a dot: {prim}.{attribute}"
+    return FORMS
+
+
+def _unknown_node(spec: FileSpec, name: str, attribute: str) -> str:
+    near = did_you_mean(name, node_names(spec))
+    whole = [path for path in spec.scene.prims if name and path.endswith(f"/{name.strip('/')}")]
+    if whole and (not near or not name.startswith("/")):
+        return f"a prim is named by its whole path: {whole[0]}.{attribute}"
+    hint = "" if name.startswith("/") else f"; a prim is named by its whole path, such as /World/{name}.{attribute}"
+    return f"no node has that name{near or hint}"
+
+
+def _with_input(graph: GraphSpec, index: int, attribute: str, value: Any, mark: Mark) -> GraphSpec:
+    node = graph.nodes[index]
+    if _is_connected(graph, node.name, attribute):
+        raise UserError("a connection feeds this input; set the attribute at its source")
+    known = next((name for name in node.inputs if name.removeprefix("inputs:") == attribute), attribute)
+    changed = replace(
+        node, inputs={**node.inputs, known: value}, input_marks={**node.input_marks, known: mark, attribute: mark}
+    )
+    return replace(graph, nodes=(*graph.nodes[:index], changed, *graph.nodes[index + 1 :]))
 
 
 def _is_connected(graph: GraphSpec, node: str, attribute: str) -> bool:
@@ -45,7 +101,19 @@ def _is_connected(graph: GraphSpec, node: str, attribute: str) -> bool:
     )
 
 
-def _with_input(graph: GraphSpec, index: int, attribute: str, value: Any) -> GraphSpec:
-    nodes = list(graph.nodes)
-    nodes[index] = replace(nodes[index], inputs={**nodes[index].inputs, attribute: value})
-    return replace(graph, nodes=tuple(nodes))
+def _with_key(scene: SceneSpec, path: str, name: str, value: Any, mark: Mark) -> SceneSpec:
+    """The scene with a key or an attribute of one prim; prims that are not inline are among its `changes`."""
+    from graph.files.prim_schema import PRIM
+
+    inline = path in scene.prims
+    keys = dict((scene.prims if inline else scene.changes).get(path, {}))
+    if name in PRIM["properties"] and not (name == "attributes" and isinstance(value, Mapping)):
+        keys.pop(REPLACED.get(name, ""), None)
+        keys[name] = value
+    else:
+        more = value if name == "attributes" else {name: value}
+        keys["attributes"] = {**keys.get("attributes", {}), **more}
+    marks = {**scene.prim_marks, (path, name): mark} | ({} if inline else {(path,): mark})
+    if inline:
+        return replace(scene, prims={**scene.prims, path: keys}, prim_marks=marks)
+    return replace(scene, changes={**scene.changes, path: keys}, prim_marks=marks)

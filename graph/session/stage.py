@@ -11,6 +11,8 @@ from graph.node.at_load import NodeAtLoad
 from graph.node.context import Warn
 from graph.spec.file_spec import FileSpec, NodeSpec, Note
 
+from .overrides import SET
+
 if TYPE_CHECKING:
     from pxr import Usd
 
@@ -55,22 +57,49 @@ def build_stage(
         return scene.prim_marks.get((path, key) if key else (path,)) or scene.prim_marks.get((path,))
 
     try:
-        author_prims(
-            stage,
-            scene.prims,
-            where,
-            sensor_config=author_config,
-            sensor_types=sensor_types(),
-            allow_roots=roots,
-            folder=spec.folder,
-            warn=warn,
-        )
+        for prims in (scene.prims, scene.changes):
+            _require_prims(stage, scene.changes if prims is scene.changes else {})
+            author_prims(
+                stage,
+                prims,
+                where,
+                sensor_config=author_config,
+                sensor_types=sensor_types(),
+                allow_roots=roots,
+                folder=spec.folder,
+                warn=warn,
+            )
     except UserError as error:
-        return stage, mjcf, list(error.problems)
+        return stage, mjcf, [_of_caller(problem) for problem in error.problems]
     if mjcf is not None:
-        mjcf.overridden(scene.prims, warn)
+        mjcf.overridden({**scene.prims, **scene.changes}, warn)
         mjcf.settle(warn)
     return stage, mjcf, []
+
+
+def _require_prims(stage: Usd.Stage, changes: Mapping[str, Mapping[str, Any]]) -> None:
+    """Raises UserError with a line for each change of a prim that neither the file nor its scene has."""
+    from graph.sim.scene.prim_paths import near_prim, prim_at
+
+    problems = []
+    for path, keys in changes.items():
+        if not prim_at(stage, path):
+            first = next(iter(keys.get("attributes") or keys))
+            problems.append(Problem(f"{SET} {path}.{first}: there is no such prim{near_prim(stage, path)}"))
+    if problems:
+        raise UserError(problems)
+
+
+def _of_caller(problem: Problem) -> Problem:
+    """A problem of a value that the caller set, without the path and key that its place names; others as they are."""
+    mark = problem.mark
+    if mark is None or not mark.file.startswith(f"{SET} "):
+        return problem
+    path, _, name = mark.file.removeprefix(f"{SET} ").rpartition(".")
+    message = problem.message
+    for known in (path.removesuffix(".attributes"), "attributes", name, name):
+        message = message.removeprefix(f"{known}: ")
+    return Problem(f"{mark.file}: {message}")
 
 
 def stage_problems(stage: Usd.Stage, spec: FileSpec) -> Iterator[Problem]:

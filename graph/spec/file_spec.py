@@ -103,6 +103,8 @@ class SceneSpec:
     prim_marks: Mapping[tuple[str, ...], Mark] = field(default_factory=dict)
     """Marks by (prim path,) and (prim path, key)."""
     keyframe: str | int | None = None
+    changes: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    """Keys that the caller sets on prims of the scene's own files, by path; as those of inline prims."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,6 +14,7 @@ from fractions import Fraction
 from pathlib import Path
 
 from graph.base.errors import Problem, RunError, UserError
+from graph.sim.fidelity import KNOBS
 
 from .errors import Errors
 from .jobs import Clock, Compare, Judge, Keep, Present
@@ -84,7 +85,7 @@ def _with_reference(study: Study, pool: Pool, place: Path, count: Callable[[], N
     outcome.timed = timed_length(study, first)
     for row in rows:
         if row.setting == study.reference:
-            row.status, row.errors, row.warnings = OK, own, first.warnings
+            row.status, row.errors, row.warnings, row.frames = OK, own, first.warnings, first.frames
             count()
     return outcome, files[0], min(first.started, float(study.duration))
 
@@ -112,7 +113,7 @@ def _check_read(study: Study, runs: list[Measured]) -> None:
             *(("--vary", name) for name in study.varied),
             *(("--reference", name) for name in study.reference if name not in study.varied),
         ]
-        if name not in read
+        if name in KNOBS and name not in read
     ]
     if problems:
         raise UserError(problems)
@@ -140,7 +141,7 @@ def _measure(outcome: Outcome, pool: Pool, reference: Path, count: Callable[[], 
         else:
             measured, errors = found
             row.status, row.why = measured.status or OK, measured.ended
-            row.warnings = measured.warnings
+            row.warnings, row.frames = measured.warnings, measured.frames
             row.errors = errors if row.status == OK else {}
         count()
 

@@ -11,10 +11,12 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from graph.sim.fidelity import KNOBS
+
 from .meter import PARTS
 from .metrics import LEADING, METRICS
 from .outcome import OK, Outcome, Row
-from .study import word
+from .study import label, word
 
 INCH, DPI = (6.4, 4.6), 110
 MARKERS = "osD^vP*X<>hp"
@@ -178,10 +180,12 @@ def _keys(outcome: Outcome) -> dict[str, Any]:
 
     first, *others = outcome.study.varied
     colours, markers = _looks(outcome)
-    keys = {f"{first}={word(value)}": Line2D([], [], color=colour, linewidth=5) for value, colour in colours.items()}
+    keys = {
+        f"{label(first)}={word(value)}": Line2D([], [], color=colour, linewidth=5) for value, colour in colours.items()
+    }
     for kind, marker in markers.items():
         if others:
-            text = " ".join(f"{name}={word(value)}" for name, value in zip(others, kind, strict=True))
+            text = " ".join(f"{label(name)}={word(value)}" for name, value in zip(others, kind, strict=True))
             keys[text] = Line2D([], [], color="0.4", marker=marker, linestyle="none")
     return keys
 
@@ -189,7 +193,7 @@ def _keys(outcome: Outcome) -> dict[str, Any]:
 def _name(row: Row) -> str:
     """The values of a setting, without the names of knobs that speak for themselves."""
     return " ".join(
-        word(value) if isinstance(value, str) else f"{name.rpartition('.')[2]}={word(value)}"
+        word(value) if isinstance(value, str) and name in KNOBS else f"{label(name).rpartition('.')[2]}={word(value)}"
         for name, value in row.setting.items()
     )
 

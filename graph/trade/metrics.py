@@ -82,6 +82,7 @@ COSTS: dict[str, Metric] = {
     "cost.wall": Metric("s/s", "wall time of updates per simulated second", "a run"),
     "cost.cpu": Metric("s/s", "processor time of updates, all threads, per simulated second", "a run"),
     **{f"cost.{name}": Metric("s/s", f"wall time of {doc}", "a run") for name, doc in PARTS.items()},
+    "cost.frames": Metric("1/s", "frames of all sensors per simulated second", "a run"),
     "cost.start": Metric("s", "wall time from opening the file to the first frame of each sensor", "a run"),
 }
 

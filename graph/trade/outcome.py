@@ -24,7 +24,7 @@ CRASHED, UNFINISHED = "crashed", "unfinished"
 class Row:
     """One setting: its errors and timed runs. status: one of those above; why: the reason for another than "ok".
 
-    warnings: codes of the warnings of its run.
+    warnings: codes of the warnings of its run. frames: of all its sensors, per simulated second.
     """
 
     setting: Setting
@@ -33,6 +33,7 @@ class Row:
     errors: Errors = field(default_factory=dict)
     timed: list[Timed] = field(default_factory=list)
     warnings: tuple[str, ...] = ()
+    frames: float | None = None
 
     @property
     def cost(self) -> Cost | None:
@@ -62,6 +63,8 @@ class Row:
         """The value of a metric; None if it was not measured."""
         if metric in ERRORS:
             return self.errors.get(metric)
+        if metric == "cost.frames":
+            return self.frames
         cost = self.cost
         if cost is None:
             return None

@@ -7,12 +7,15 @@ import io
 import math
 import os
 import platform
+import shlex
 from typing import Any
+
+from graph.sim.fidelity import KNOBS
 
 from .meter import PARTS, Cost
 from .metrics import METRICS
 from .outcome import Outcome, Row, columns_of
-from .study import Setting, word
+from .study import Setting, overrides_of, word
 
 
 def as_dict(outcome: Outcome) -> dict[str, Any]:
@@ -49,6 +52,7 @@ def as_dict(outcome: Outcome) -> dict[str, Any]:
                 "status": row.status,
                 "why": row.why,
                 "cost": _costs(row),
+                "frames": row.frames,
                 "errors": {name: _number(row.errors.get(name)) for name in names},
                 "front": [name for name, front in fronts.items() if row in front],
                 "unresolved": [name for name in names if outcome.unresolved(row, name)],
@@ -75,7 +79,7 @@ def as_csv(outcome: Outcome) -> str:
     writer = csv.writer(stream, lineterminator="\n")
     names, knobs = columns_of(outcome), tuple(outcome.study.varied)
     parts = [f"cost.{part}" for part in PARTS]
-    costs = ["cost.wall", "cost.cpu", *parts, "cost.start"]
+    costs = ["cost.wall", "cost.cpu", *parts, "cost.frames", "cost.start"]
     writer.writerow([*knobs, "status", *costs, "spread.wall", "spread.cpu", *names])
     for row in outcome.rows:
         spread = (row.spread.wall, row.spread.cpu) if row.spread else (None, None)
@@ -88,13 +92,15 @@ def as_csv(outcome: Outcome) -> str:
 
 
 def block(outcome: Outcome, row: Row) -> str:
-    """A setting as a `fidelity:` block of a graph file, with what `--fidelity` gave to all runs."""
-    return "\n".join(["fidelity:", *(f"  {name}: {text}" for name, text in chosen(outcome, row).items())])
+    """A setting as a `fidelity:` block of a graph file, with what `--fidelity` gave to all runs; then its `--set`."""
+    knobs = [f"  {name}: {text}" for name, text in chosen(outcome, row).items()]
+    options = [shlex.join(("--set", f"{name}={text}")) for name, text in overrides_of(row.setting).items()]
+    return "\n".join([*(["fidelity:", *knobs] if knobs else []), *options])
 
 
 def chosen(outcome: Outcome, row: Row) -> dict[str, str]:
     """The knobs of a setting, and those that all runs were given, by name."""
-    return {**outcome.study.scene.fidelity, **_words(row.setting)}
+    return {**outcome.study.scene.fidelity, **{k: text for k, text in _words(row.setting).items() if k in KNOBS}}
 
 
 def _words(setting: Setting) -> dict[str, str]:

@@ -10,7 +10,7 @@ from .diagrams import diagrams, overview, parts
 from .metrics import METRICS
 from .outcome import Outcome, columns_of
 from .outputs import block
-from .study import word
+from .study import label, word
 from .verdict import PAYS, UNRESOLVED, answer, marked, remarks, summary
 
 _STYLE = """
@@ -47,11 +47,12 @@ def _settings(outcome: Outcome) -> str:
     names = tuple(dict.fromkeys((*outcome.shown, *columns_of(outcome))))
     best = outcome.recommended
     knobs = tuple(outcome.study.varied)
-    heads = (*knobs, "status", "cpu s/s", "±", "wall s/s", "±", *names)
+    heads = (*map(label, knobs), "status", "frames/s", "cpu s/s", "±", "wall s/s", "±", *names)
     rows, marks = [], []
     for row in outcome.rows:
         cost, spread = row.cost, row.spread
         figures = (
+            f"{row.frames:.4g}" if row.frames is not None else "",
             f"{cost.cpu:.4g}" if cost else "",
             f"{spread.cpu:.0%}" if spread else "",
             f"{cost.wall:.4g}" if cost else "",

@@ -1,7 +1,7 @@
 """What the sensors of a run saw: of each frame the channels that errors are computed from.
 
 Readings are matched by identity, not by their place in an array: lidar returns by turn, tick, emitter and echo; frames
-by the number of their tick.
+by the time of their tick.
 """
 
 from __future__ import annotations
@@ -47,12 +47,13 @@ _IF_COMPUTED = {LIDAR: ("velocities", "xyz"), CAMERA: ("rgb",)}
 
 @dataclass(slots=True)
 class Reading:
-    """One frame. key: the same for the same tick in every run. until_ns: the latest state it shows. stamp_ns: of its
-    messages. arrays: by channel; of lidars also `firing`, the identity of each return, and `prim`, that of what
-    it hit, both int64.
+    """One frame. key: the time [s] of its tick, the same in every run. until_ns: the latest state it shows.
+
+    stamp_ns: of its messages. arrays: by channel; of lidars also `firing`, the identity of each return, and `prim`,
+    that of what it hit, both int64.
     """
 
-    key: int
+    key: Fraction
     until_ns: int
     stamp_ns: int
     arrays: dict[str, NDArray[Any]]
@@ -62,7 +63,8 @@ class Reading:
 class Readings:
     """The frames of one sensor. gates: of radars, the size of a cell: range [m], velocity [m/s], azimuth [rad].
 
-    rate: of its ticks [Hz]; 0: one an update.
+    rate: of its ticks [Hz]; 0: one an update. pattern: of lidars, the turns a second and the rays of a turn: returns of
+    other patterns have other identities.
     """
 
     path: str
@@ -70,6 +72,7 @@ class Readings:
     frames: list[Reading] = field(default_factory=list)
     gates: tuple[float, float, float] = (1.0, 1.0, 0.1)
     rate: Fraction = Fraction(0)
+    pattern: tuple[Fraction, int] | None = None
 
     def before(self, horizon: float) -> list[Reading]:
         """The frames that show nothing after `horizon` [s]."""
@@ -104,16 +107,20 @@ class ReadingLog:
             scan = sensor.config.scans[0]
             velocity = scan.velocities(scan.cycles[0]).width
             kept.gates = scan.ranges().width, velocity, math.asin(min(1.0, scan.azimuths().width))
+        if sort == LIDAR:
+            kept.pattern = sensor.config.scan_rate_base_hz, sensor.config.rays_per_scan
         rate = kept.rate = Fraction(sensor.rate)
+        on_grid = rate and (sort != LIDAR or product.sensor.schedule.accumulates)
         reduce = _REDUCERS[sort](sensor, self._duration)
 
         def keep(frame: Frame) -> None:
             stamp = nanoseconds(frame.reference)
             shown = stamp if sort == OTHER or frame.one_instant else frame.end.timestamp_ns
-            number = frame.timestamp_ns
-            if rate and sort != LIDAR:
-                number = (frame.timestamp_ns + 2) * rate.numerator // (rate.denominator * 10**9)
-            kept.frames.append(Reading(number, shown, stamp, reduce(frame)))
+            key = Fraction(frame.timestamp_ns, 10**9)
+            if on_grid:  # a turn of a lidar begins a period before its tick
+                begun = (frame.timestamp_ns + 2) * rate.numerator // (rate.denominator * 10**9)
+                key = (begun + (sort == LIDAR)) / rate
+            kept.frames.append(Reading(key, shown, stamp, reduce(frame)))
 
         product.writers.append(keep)
 

@@ -1,8 +1,9 @@
 """Errors of what sensors saw: readings of a run against those of the reference, matched by identity.
 
 Each function takes the pairs (run, reference) of frames of all sensors of its kind, only those before the horizon.
-Ranges and depths are compared where both runs see the same prim: beside an edge a ray that is off by a hair is off by
-metres, which is counted (lost and extra returns, changed pixels) and not measured.
+Ranges are compared where both lidars turn at the same rate with the same rays; ranges and depths where both runs see
+the same prim: beside an edge a ray that is off by a hair is off by metres, which is counted (lost and extra returns,
+changed pixels) and not measured.
 """
 
 from __future__ import annotations
@@ -41,6 +42,8 @@ def _lidars(pairs: Sequence[tuple[Readings, Readings]], horizon: float) -> Value
     radials: list[Array] = []
     total = lost = extra = 0
     for run, reference in pairs:
+        if run.frames and run.pattern != reference.pattern:
+            continue
         one, two = _joined(run.before(horizon)), _joined(reference.before(horizon))
         _, mine, theirs = np.intersect1d(one["firing"], two["firing"], return_indices=True)
         same = one["prim"][mine] == two["prim"][theirs]

@@ -1,8 +1,9 @@
-"""The question of a trade: a file, the knobs to vary, the reference, the budget; and the settings that answer it."""
+"""The question of a trade: file, what to vary, reference, budget; and the settings that answer it."""
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -16,7 +17,13 @@ from graph.base.suggest import did_you_mean
 from graph.sim.fidelity import KNOBS, Fidelity
 
 Setting = Mapping[str, Any]
-"""Values of knobs by name, as `Knob.checked` gives them; all other knobs are as in the file."""
+"""Values by name: of knobs as `Knob.checked` gives them, of attributes their text; all others are as in the file.
+
+An attribute is named as for `--set`: NODE.ATTR or /PRIM/PATH.ATTR. Some that take the same value are joined by `+`.
+"""
+
+JOIN = "+"
+Nodes = Callable[[], Sequence[str]]
 
 MOST_SETTINGS = 1000
 
@@ -35,7 +42,7 @@ class Scene:
     allow_scripts: bool = False
     settings: Mapping[str, Any] = field(default_factory=dict)
     fidelity: Mapping[str, str] = field(default_factory=dict)
-    overrides: Mapping[str, str] = field(default_factory=dict)
+    overrides: Mapping[str, Any] = field(default_factory=dict)
     play: tuple[Path, ...] = ()
     limits: Mapping[str, int] = field(default_factory=dict)
     seed: int = 0
@@ -79,8 +86,8 @@ def plan_settings(varied: Mapping[str, Sequence[Any]], base: Setting | None = No
     return tuple(found)
 
 
-def read_varied(options: Iterable[str]) -> dict[str, tuple[Any, ...]]:
-    """The values of `KEY=V1,V2,...` options by knob. Raises UserError with every problem."""
+def read_varied(options: Iterable[str], nodes: Nodes = tuple) -> dict[str, tuple[Any, ...]]:
+    """The values of `KEY=V1,V2,...` options by key; nodes: as in `read_value`. Raises UserError with every problem."""
     varied: dict[str, tuple[Any, ...]] = {}
     problems: list[Problem] = []
     for option in options:
@@ -90,7 +97,7 @@ def read_varied(options: Iterable[str]) -> dict[str, tuple[Any, ...]]:
                 raise ValueError("write it as KEY=V1,V2,...")
             if name in varied:
                 raise ValueError("the knob is varied twice; give all its values in one --vary")
-            values = [read_value(name, one.strip()) for one in text.split(",")]
+            values = [read_value(name, one.strip(), nodes) for one in _split(text)]
             varied[name] = tuple(dict.fromkeys(values))
         except ValueError as error:
             problems.append(Problem(f"--vary {option}: {error}"))
@@ -99,8 +106,8 @@ def read_varied(options: Iterable[str]) -> dict[str, tuple[Any, ...]]:
     return varied
 
 
-def read_values(options: Iterable[str], flag: str) -> dict[str, Any]:
-    """The values of `KEY=V` options by knob. Raises UserError with every problem."""
+def read_values(options: Iterable[str], flag: str, nodes: Nodes = tuple) -> dict[str, Any]:
+    """The values of `KEY=V` options by key; nodes: as in `read_value`. Raises UserError with every problem."""
     found: dict[str, Any] = {}
     problems: list[Problem] = []
     for option in options:
@@ -110,7 +117,7 @@ def read_values(options: Iterable[str], flag: str) -> dict[str, Any]:
                 raise ValueError("write it as KEY=VALUE")
             if name in found:
                 raise ValueError("the knob is given twice; leave one of them out")
-            found[name] = read_value(name, text)
+            found[name] = read_value(name, text, nodes)
         except ValueError as error:
             problems.append(Problem(f"{flag} {option}: {error}"))
     if problems:
@@ -118,18 +125,54 @@ def read_values(options: Iterable[str], flag: str) -> dict[str, Any]:
     return found
 
 
-def read_value(name: str, text: str) -> Any:
-    """The value of a knob from text. Raises ValueError for an unknown knob or an invalid value."""
-    if name not in KNOBS:
-        raise ValueError(f"there is no such knob{did_you_mean(name, KNOBS) or '; graph trade --list lists them'}")
-    return KNOBS[name].checked(text)
+def read_value(name: str, text: str, nodes: Nodes = tuple) -> Any:
+    """The value of a knob from text; of an attribute the text itself, which is checked when a file is opened with it.
+
+    nodes: gives the names of the file's nodes. Raises ValueError for an unknown knob or an invalid value.
+    """
+    if name in KNOBS:
+        return KNOBS[name].checked(text)
+    if all(_is_attribute(one, nodes) for one in name.split(JOIN)):
+        return text
+    lists = "; graph trade --list lists them; an attribute is /PRIM/PATH.ATTR (/World/Lidar.omni:sensor:tickRate)"
+    raise ValueError(f"there is no such knob{did_you_mean(name, KNOBS) or f'{lists} or NODE.ATTR'}")
+
+
+def _is_attribute(name: str, nodes: Nodes) -> bool:
+    owner, dot, attribute = name.rpartition(".")
+    return bool(dot and owner and attribute) and (owner.startswith("/") or owner in nodes())
+
+
+def _split(text: str) -> list[str]:
+    """The parts between commas, except those inside brackets, braces and quotes."""
+    return re.findall(r"(?:\[[^\]]*\]|\{[^}]*\}|\"[^\"]*\"|'[^']*'|[^,])+", text)
+
+
+def overrides_of(setting: Setting) -> dict[str, str]:
+    """The attributes of a setting, each by its own name."""
+    return {one: value for name, value in setting.items() if name not in KNOBS for one in name.split(JOIN)}
+
+
+def label(name: str) -> str:
+    """A short form of a knob's or an attribute's name: `Lidar.tickRate` for `/World/Lidar.omni:sensor:tickRate`."""
+    if name in KNOBS:
+        return name
+    parts = [one.rpartition(".") for one in name.split(JOIN)]
+    owners = dict.fromkeys(owner.rpartition("/")[2] for owner, _, _ in parts)
+    ends = dict.fromkeys(attribute.rpartition(":")[2] for _, _, attribute in parts)
+    return f"{JOIN.join(owners)}.{JOIN.join(ends)}"
 
 
 def finest(name: str, values: Sequence[Any]) -> Any:
     """The value with the least error: the largest or smallest number, or the choice nearest to the finest one.
 
-    Of a knob without a finest value its default, if it is one of them, else the first.
+    Of a knob without a finest value its default, if it is one of them, else the first; of an attribute the first, of
+    a rate the highest.
     """
+    if name not in KNOBS:
+        numbers = [_number(value) for value in values]
+        is_rate = _RATE.search(name) and None not in numbers
+        return values[max(range(len(values)), key=lambda n: numbers[n] or 0.0)] if is_rate else values[0]
     knob = KNOBS[name]
     if knob.finer in ("higher", "lower") and knob.kind not in ("choice", "switch"):
         return (max if knob.finer == "higher" else min)(values)
@@ -141,16 +184,28 @@ def finest(name: str, values: Sequence[Any]) -> Any:
     return min(values, key=lambda value: abs(knob.choices.index(value) - best))
 
 
+_RATE = re.compile(r"(rate|hz|fps|frequency)$", re.IGNORECASE)
+
+
+def _number(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
 def refined(setting: Setting, present: Fidelity) -> Setting | None:
     """The setting with each of its knobs one step finer; None if none of them can be refined.
 
     Numbers are doubled or halved, a choice becomes the finest one. `lidar.motion=continuous` is refined by twice the
-    `lidar.bins`. present: the knobs of the file, for those that the setting does not have.
+    `lidar.bins`. Attributes stay as they are. present: the knobs of the file, for those that the setting does not have.
     """
     finer: dict[str, Any] = dict(setting)
     if "lidar.motion" in setting and setting["lidar.motion"] == "continuous":
         finer.setdefault("lidar.bins", present["lidar.bins"])
     for name, value in list(finer.items()):
+        if name not in KNOBS:
+            continue
         knob = KNOBS[name]
         if knob.kind == "choice":
             finer[name] = knob.finer or value

@@ -20,7 +20,7 @@ from sensors.channels import STABLE_IDS
 from .meter import Cost, Meter, MeteredSink
 from .readings import ReadingLog, Readings
 from .states import StateLog, Trajectory
-from .study import Scene, Setting
+from .study import Scene, Setting, overrides_of
 
 if TYPE_CHECKING:
     from graph.session.open import Session
@@ -39,7 +39,8 @@ class Measured:
 
     warnings: the codes of its warnings. started: simulation time [s] at which every sensor had given a frame, 0 if one
     never did. opening: processor time until it played [s], pace: of a simulated second after that [s]. period: of the
-    slowest sensor [s], 0 without one. read: the fidelity knobs that something in the run asked for.
+    slowest sensor [s], 0 without one. read: the fidelity knobs that something in the run asked for. frames: of all
+    sensors, per simulated second.
     """
 
     bodies: Trajectory | None = None
@@ -53,6 +54,7 @@ class Measured:
     pace: float = 0.0
     period: Fraction = Fraction(0)
     read: frozenset[str] = CLOCKS
+    frames: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +109,7 @@ def measure(scene: Scene, setting: Setting, duration: Fraction) -> Measured:
         found.bodies, found.sensors = states.trajectory(), readings.sensors
         found.period = max((1 / one.rate for one in readings.sensors.values() if one.rate), default=Fraction(0))
         found.read = frozenset(read)
+        found.frames = sum(len(one.frames) for one in readings.sensors.values()) / (found.ended_at or math.inf)
         found.warnings = tuple(sorted({str(warning.as_dict()["code"]) for warning in app.warnings}))
     return found
 
@@ -167,8 +170,8 @@ def _opened(scene: Scene, setting: Setting) -> Session:
         allow=scene.allow,
         skip_outside=scene.skip_outside,
         settings=scene.settings,
-        fidelity={**scene.fidelity, **setting},
-        overrides=scene.overrides,
+        fidelity={**scene.fidelity, **{name: value for name, value in setting.items() if name in KNOBS}},
+        overrides={**scene.overrides, **overrides_of(setting)},
         seed=scene.seed,
         skip_unknown=scene.skip_unknown,
         allow_scripts=scene.allow_scripts,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
@@ -17,16 +17,22 @@ _WHOLE = {"int": 2**31, "int64": 2**63}
 _COUNTS = {"uchar": 2**8, "uint": 2**32, "uint64": 2**64}
 
 
-def set_property(prim: Any, name: str, value: Any, declared: Mapping[str, str] = MappingProxyType({})) -> None:
+def set_property(
+    prim: Any,
+    name: str,
+    value: Any,
+    declared: Mapping[str, str] = MappingProxyType({}),
+    keys: Collection[str] = (),
+) -> None:
     """Sets one attribute (its type comes from the schema) or relationship (a prim path or a list of them).
 
     An API schema that has the property is applied if needed. declared: further attributes that the prim may have, name
-    -> USD value type; a missing one is created. Raises ValueError for an unknown name, with the nearest known ones, and
-    for a value that does not fit.
+    -> USD value type; a missing one is created. keys: names that files write beside attributes, for suggestions. Raises
+    ValueError for an unknown name, with the nearest known ones, and for a value that does not fit.
     """
     if not Sdf.Path.IsValidNamespacedIdentifier(name):
         raise ValueError("this cannot be the name of an attribute")
-    found = _property(prim, name, declared)
+    found = _property(prim, name, declared, keys)
     if isinstance(found, Usd.Relationship):
         found.SetTargets([_path(path) for path in ([value] if isinstance(value, str) else list(value))])
         return
@@ -109,7 +115,7 @@ def _scalar(type_name: Any, value: Any) -> Any:
     raise ValueError(f"attributes of type {name} cannot be set here")
 
 
-def _property(prim: Any, name: str, declared: Mapping[str, str]) -> Any:
+def _property(prim: Any, name: str, declared: Mapping[str, str], keys: Collection[str]) -> Any:
     existing = _defined(prim, name)
     if existing:
         return existing
@@ -131,9 +137,11 @@ def _property(prim: Any, name: str, declared: Mapping[str, str]) -> Any:
             apply_schema(prim, f"{schema}:{match.group(1)}")
             return _defined(prim, name)
     own = sorted({*prim.GetPropertyNames(), *declared})
-    near = ending_alike(own, name) or closest(name, [*own, *schemas])
+    ends = {one.rpartition(":")[2]: one for one in own}
+    near = ending_alike(own, name) or closest(name, [*keys, *own, *schemas]) or ends.get(closest(name, ends) or "")
     more = f" and {len(own) - LISTED} more" if len(own) > LISTED else ""
-    hint = f'did you mean "{near}"?' if near else f"its own are {', '.join(own[:LISTED])}{more}"
+    meant = f'the prim\'s own key "{near}"' if near in keys else f'"{near}"'
+    hint = f"did you mean {meant}?" if near else f"its own are {', '.join(own[:LISTED])}{more}"
     raise ValueError(f"{prim.GetTypeName() or 'a prim without type'} has no attribute {name!r}; {hint}")
 
 

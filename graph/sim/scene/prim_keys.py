@@ -140,7 +140,7 @@ class PrimContext:
     def set_property(self, prim: Any, name: str, value: Any) -> None:
         """Sets one entry of `attributes`; a mistake is reported with its name."""
         try:
-            prim_attributes.set_property(prim, name, value, self.own_attributes(prim))
+            prim_attributes.set_property(prim, name, value, self.own_attributes(prim), tuple(KEYS))
         except ValueError as error:
             raise ValueError(f"{name}: {error}") from error
 

@@ -100,7 +100,8 @@ def _author(context: PrimContext, path: str, keys: Any, where: Where) -> list[Pr
             Problem(f"{path}: attributes: write them as a mapping of name to value", where(path, "attributes")),
         ]
     for name, value in attributes.items():
-        problems += _attempt(where, path, "attributes", partial(context.set_property, prim, name, value))
+        at = name if where(path, name) != where(path) else "attributes"  # set by the caller, or written in the file
+        problems += _attempt(where, path, at, partial(context.set_property, prim, name, value))
     return problems
 
 

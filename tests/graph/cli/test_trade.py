@@ -281,3 +281,44 @@ def test_ctrl_c_keeps_what_was_measured(ball, folder):
     if "graph: interrupted" not in said:  # otherwise there was not yet anything to keep
         assert "this is what was measured by then" in said
         assert json.loads((folder / "out/trade.json").read_text())["complete"] is False
+
+
+RATES = "/World/Eye.omni:sensor:tickRate"
+EYE = """\
+tickgraph: 1
+scene:
+  prims:
+    /World/Wall: {type: Cube, size: 1.0, translate: [0, 0, -3]}
+    /World/Eye: {type: Camera}
+clock: {physics_hz: 60, loop_hz: 60}
+graphs:
+  /G:
+    nodes:
+      tick: OnPlaybackTick
+      product: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Eye, width: 32, height: 16}}
+      image: {type: ROS2CameraHelper, inputs: {type: depth, topicName: depth, frameId: eye}}
+    connections:
+      - tick.tick -> product.execIn
+      - product.execOut -> image.execIn
+      - product.renderProductPath -> image.renderProductPath
+"""
+
+
+def test_a_sensors_rate_is_varied_with_its_price(graph, folder):
+    """A camera of 5, 10 and 20 Hz for 1 s: against 20 Hz, 15 and 10 of 20 frames are missing; the rest are equal."""
+    (folder / "eye.yaml").write_text(EYE)
+    options = ("--vary", f"{RATES}=5,10,20", "--repeat", "1", "--budget", "frames.missing=0.5", "--json")
+    result = graph("trade", "eye.yaml", *options)
+    assert result.code == 0, result.err
+    told = json.loads(result.out)
+    found = {one["setting"][RATES]: (one["frames"], one["errors"]["frames.missing"]) for one in told["settings"]}
+    assert found == {"5": (5, 0.75), "10": (10, 0.5), "20": (20, 0)}
+    assert {one["errors"]["frames.stamp_max"] for one in told["settings"]} == {0}
+    assert told["reference"]["setting"] == {RATES: "20"}
+    assert all(one["cost"]["cpu"] > 0 for one in told["settings"])
+    for options, line in (
+        (("--budget", "cost.cpu=9", "--write"), f"--write writes fidelity knobs, not {RATES}; set it by hand"),
+        (("--set", f"{RATES}=3"), f"--set {RATES}: --vary has this attribute too; leave it out of one of them"),
+    ):
+        result = graph("trade", "eye.yaml", "--vary", f"{RATES}=5,10", *options)
+        assert (result.code, result.err) == (2, f"graph: {line}\n")

@@ -161,6 +161,7 @@ def test_json_and_csv_hold_every_figure(rows):
         "status": "unstable",
         "why": "it diverged",
         "cost": None,
+        "frames": None,
         "errors": {METRIC: None},
         "front": [],
         "unresolved": [],

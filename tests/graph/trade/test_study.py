@@ -8,7 +8,17 @@ import pytest
 
 from graph.base.errors import UserError
 from graph.sim.fidelity import KNOBS, Fidelity
-from graph.trade.study import finest, plan_settings, read_values, read_varied, refined, text_of, word
+from graph.trade.study import (
+    finest,
+    label,
+    overrides_of,
+    plan_settings,
+    read_values,
+    read_varied,
+    refined,
+    text_of,
+    word,
+)
 
 
 def test_values_are_those_of_the_knob_and_each_is_run_once():
@@ -108,3 +118,34 @@ def test_settings_are_written_as_files_have_them():
     setting = read_values(["physics.hz=30000/1001", "lidar.noise=on", "mesh.tolerance=0.0005"], "--reference")
     assert text_of(setting) == "physics.hz=30000/1001 lidar.noise=on mesh.tolerance=0.0005"
     assert word(Fraction(60)) == "60"
+
+
+RATES = "/World/Lidar.omni:sensor:tickRate+/World/Lidar.omni:sensor:Core:scanRateBaseHz"
+
+
+def test_attributes_are_varied_as_text_and_joined_ones_take_the_same_value():
+    varied = read_varied(
+        [f"{RATES}=5,20,10", "/W/Box.translate=[0, 0, 1],[0, 0, 2]", "wait.duration=1,2"], lambda: ["wait"]
+    )
+    assert varied == {
+        RATES: ("5", "20", "10"),
+        "/W/Box.translate": ("[0, 0, 1]", "[0, 0, 2]"),
+        "wait.duration": ("1", "2"),
+    }
+    assert overrides_of({RATES: "5", "physics.hz": 60}) == dict.fromkeys(RATES.split("+"), "5")
+    assert label(RATES) == "Lidar.tickRate+scanRateBaseHz"
+
+
+def test_the_reference_of_a_rate_is_the_highest_of_other_attributes_the_first():
+    assert finest(RATES, ["5", "20", "10"]) == "20"
+    assert finest("/World/Lidar.translate", ["[0, 0, 1]", "[0, 0, 2]"]) == "[0, 0, 1]"
+
+
+def test_an_attribute_has_no_finer_value():
+    assert refined({RATES: "20"}, Fidelity()) is None
+    assert refined({RATES: "20", "physics.hz": Fraction(60)}, Fidelity()) == {RATES: "20", "physics.hz": Fraction(120)}
+
+
+def test_what_is_neither_knob_nor_attribute_says_how_an_attribute_is_named():
+    with pytest.raises(UserError, match="an attribute is"):
+        read_varied(["tickRate=5,10"])
