@@ -21,6 +21,10 @@ FARTHEST = 1e9
 """Distance from which on a point is left out, like one without a number [m]."""
 PARTS = ("x", "y", "z", "time", "t", "timestamp")
 """Fields that say where and when, not what."""
+UNITS = {"radial_velocity_ms": "m/s", "vx": "m/s", "vy": "m/s", "vz": "m/s", "rcs": "dBsm", "snr": "dB"}
+"""Of fields, where there is one."""
+FLAT_DEG = 2.0
+"""Elevations that a scan spans at most if all its points are in one plane of the sensor."""
 
 
 @dataclass(slots=True)
@@ -42,6 +46,8 @@ class CloudPanel:
     """The clouds of a topic that the page shows; frame: the name of the coordinates that they are in."""
 
     topic: str
+    sensor: str = ""
+    """The frame of the sensor."""
     frame: str = ""
     frames: list[CloudFrame] = field(default_factory=list)
 
@@ -50,7 +56,7 @@ class CloudPanel:
         thin = some(len(scan.points), most)
         world = scan.in_world()
         local = _local(scan)
-        self.frame = root if world is not None else scan.frame_id
+        self.sensor, self.frame = scan.frame_id, root if world is not None else scan.frame_id
         places = (local if world is None else world)[thin]
         values: dict[str, NDArray[Any]] = {"range [m]": np.linalg.norm(local, axis=1)[thin], "height [m]": places[:, 2]}
         for name in scan.points.dtype.names or ():
@@ -74,8 +80,21 @@ class CloudPanel:
             return None
         return np.min([one.min(axis=0) for one in full], axis=0), np.max([one.max(axis=0) for one in full], axis=0)
 
+    def inner(self) -> Floats:
+        """(2, 3) the coordinates between which all but the farthest fiftieths of the points are, at each end."""
+        found: Floats = np.percentile(np.concatenate([one.places for one in self.frames]), (2, 98), axis=0)
+        return found
+
+    def is_flat(self) -> bool:
+        """Whether all points of each frame are in one plane through the sensor, its x and y."""
+        spans = [
+            float(np.ptp(np.percentile(_elevations(one.local), (0.5, 99.5)))) for one in self.frames if len(one.local)
+        ]
+        return bool(spans and max(spans) < FLAT_DEG)
+
     def data(self) -> dict[str, Any]:
         """What the page's script draws; places and colours as base64."""
+        flat = self.is_flat()
         full = [one for one in self.frames if len(one.places)]
         low, high = self.bounds() or (np.zeros(3), np.ones(3))
         steps = np.maximum((high - low) / 65535, 1e-6)
@@ -84,9 +103,11 @@ class CloudPanel:
         return {
             "topic": self.topic,
             "frame": self.frame,
+            "sensor": self.sensor,
+            "flat": flat,
             "low": low.tolist(),
             "steps": steps.tolist(),
-            "fields": [{"name": name, "low": ranges[name][0], "high": ranges[name][1]} for name in names],
+            "fields": [{"name": titled(name), "low": ranges[name][0], "high": ranges[name][1]} for name in names],
             "frames": [
                 {
                     "t": one.stamp_ns / 1e9,
@@ -95,10 +116,22 @@ class CloudPanel:
                     "colours": [_text(indices(one.values[name], *ranges[name])) for name in names]
                     if len(one.places)
                     else [_text(np.zeros(0, np.uint8)) for _ in names],
+                    **({"local": _text(one.local[:, :2].astype("<f4"))} if flat else {}),
                 }
                 for one in sorted(self.frames, key=lambda one: one.stamp_ns)
             ],
         }
+
+
+def titled(name: str) -> str:
+    """A field's name with its unit, where it has one."""
+    return f"{name} [{UNITS[name]}]" if name in UNITS else name
+
+
+def _elevations(local: Floats) -> Floats:
+    """Of points in the sensor's frame [deg]."""
+    found: Floats = np.degrees(np.arctan2(local[:, 2], np.hypot(local[:, 0], local[:, 1])))
+    return found
 
 
 def _local(scan: Scan) -> Floats:

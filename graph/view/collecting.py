@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from graph.export.clouds import CLOUD, TYPES
 from graph.export.images import IMAGE
@@ -17,6 +15,7 @@ from graph.sim.messages.sources import WALL_CLOCK_NS
 
 from .clouds import CloudPanel
 from .colours import source
+from .frames import DETECTIONS, LENS, boxes, frames, lens
 from .images import image_of, small
 from .range_images import range_image
 from .thinning import chosen
@@ -40,35 +39,36 @@ PICTURE_BYTES = 40_000
 """Of a picture in the page, about."""
 NOT_DRAWN = (
     "rosgraph_msgs/msg/Clock",
-    "sensor_msgs/msg/CameraInfo",
     "sensor_msgs/msg/CompressedImage",
     "nav_msgs/msg/OccupancyGrid",
     TRANSFORMS,
 )
 """Types whose numbers are not drawn over time."""
-PATH_POINTS = 400
 
 
 @dataclass(slots=True)
 class Picture:
-    """One picture of a topic: its time, the image and its format."""
+    """One picture of a topic: its time, the image, its format, and the values [m] of the first and the last colour."""
 
     topic: str
     stamp_ns: int
     image: Any
     form: str
+    bar: tuple[float, float] | None = None
 
 
 @dataclass(slots=True)
 class Collected:
-    """What a page shows: by topic clouds, range images, pictures, values, times; paths of frames; problems."""
+    """What a page shows: by topic clouds, range images, pictures, values, times, boxes, lenses; poses; problems."""
 
     clouds: dict[str, CloudPanel] = field(default_factory=dict)
     ranges: dict[str, list[Picture]] = field(default_factory=dict)
     pictures: dict[str, list[Picture]] = field(default_factory=dict)
     values: dict[str, Series] = field(default_factory=dict)
     times: dict[str, Times] = field(default_factory=dict)
-    paths: list[dict[str, Any]] = field(default_factory=list)
+    boxes: dict[str, list[dict[str, Any]]] = field(default_factory=dict)
+    lenses: dict[str, dict[str, Any]] = field(default_factory=dict)
+    poses: list[dict[str, Any]] = field(default_factory=list)
     counts: dict[str, int] = field(default_factory=dict)
     problems: list[str] = field(default_factory=list)
 
@@ -99,16 +99,16 @@ def collect(run: RunReader, sizes: Mapping[str, float], budget: int) -> Collecte
             _take(entry, stamp, number, log, points, found)
         except ValueError as error:
             found.problems.append(f"{name} at {stamp / 1e9:.9f} s is not shown: {error}")
-    found.paths = list(_paths(log, found))
+    found.poses = list(frames(log))
     return found
 
 
 def _picks(run: RunReader, types: dict[str, str], budget: int) -> dict[str, frozenset[int]]:
     """The numbers of the messages of each topic that the page shows."""
-    frames = max(10, round(FRAMES_A_MEGABYTE * budget / 1e6))
+    shown = max(10, round(FRAMES_A_MEGABYTE * budget / 1e6))
     images = [name for name, one in types.items() if one == IMAGE]
     pictures = int(IMAGE_SHARE * budget / PICTURE_BYTES / max(1, len(images)))
-    most = {IMAGE: max(1, min(frames, pictures)), **dict.fromkeys(TYPES, frames)}
+    most = {IMAGE: max(1, min(shown, pictures)), LENS: 1, **dict.fromkeys((*TYPES, DETECTIONS), shown)}
     return {
         name: frozenset(() if one in NOT_DRAWN else chosen(run.recorded[name].messages, most.get(one, MOST_POINTS)))
         for name, one in types.items()
@@ -135,10 +135,15 @@ def _take(entry: Entry, stamp: int, number: int, log: TransformLog, points: int,
         root = log.chain(scan.frame_id)[-1]
         found.clouds.setdefault(name, CloudPanel(name)).add(scan, root, points)
         if entry.type_name == CLOUD and (image := range_image(scan)) is not None:
-            found.ranges.setdefault(name, []).append(Picture(name, stamp, image, "PNG"))
+            found.ranges.setdefault(name, []).append(Picture(name, stamp, image[0], "PNG", (0.0, image[1])))
     elif entry.type_name == IMAGE:
-        image, form = image_of(entry.load())
-        found.pictures.setdefault(name, []).append(Picture(name, stamp, small(image), form))
+        image, form, bar = image_of(entry.load())
+        found.pictures.setdefault(name, []).append(Picture(name, stamp, small(image), form, bar))
+    elif entry.type_name == DETECTIONS:
+        found.boxes.setdefault(name, []).append(boxes(entry.load(), stamp, log))
+    elif entry.type_name == LENS:
+        if (seen := lens(entry.load())) is not None:
+            found.lenses[seen["frame"]] = seen
     else:
         found.values.setdefault(name, Series(name)).add(stamp, entry.type_name, entry.load())
 
@@ -150,19 +155,7 @@ def _stamp(entry: Entry) -> int:
     return entry.stamp_ns
 
 
-def _paths(log: TransformLog, found: Collected) -> Iterator[dict[str, Any]]:
-    """Where the moving frames went, in the root of their tree."""
-    for name in log.frames():
-        span = log.span(name)
-        if span is None or span[1] <= span[0]:
-            continue
-        times = np.linspace(*span, PATH_POINTS).round().astype(np.int64)
-        poses = log.poses(name, times)
-        if poses is not None and np.ptp(poses[:, :3, 3], axis=0).max() > 1e-6:
-            places: Sequence[Any] = poses[:, :3, 3].round(4).T.tolist()
-            yield {"name": name, "root": log.chain(name)[-1], "t": (times / 1e9).tolist(), "places": places}
-
-
 def source_of(picture: Picture) -> dict[str, Any]:
     """A picture as the page's script takes it."""
-    return {"t": picture.stamp_ns / 1e9, "src": source(picture.image, picture.form)}
+    bar = {} if picture.bar is None else {"low": picture.bar[0], "high": picture.bar[1]}
+    return {"t": picture.stamp_ns / 1e9, "src": source(picture.image, picture.form), **bar}

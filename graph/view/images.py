@@ -16,9 +16,10 @@ MIXER = 2654435761
 """Knuth's multiplicative hash: neighbouring labels get different colours."""
 
 
-def image_of(message: Any) -> tuple[Any, str]:
+def image_of(message: Any) -> tuple[Any, str, tuple[float, float] | None]:
     """The picture of a `sensor_msgs/Image` in its own size, and the format that fits it (JPEG, PNG).
 
+    Of distances also those [m] of the first and the last colour: all but the most extreme hundredths.
     Raises ValueError for an image that cannot be read.
     """
     from PIL import Image
@@ -29,17 +30,19 @@ def image_of(message: Any) -> tuple[Any, str]:
     if encoding in ("bgr8", "bgra8"):
         found = found[:, :, [2, 1, 0, 3][: found.shape[2]]]
     if found.ndim == 3:
-        return Image.fromarray(np.ascontiguousarray(found[:, :, :3])), "JPEG"
+        return Image.fromarray(np.ascontiguousarray(found[:, :, :3])), "JPEG", None
     if encoding in ("32SC1", "8UC1"):  # labels
         mixed = (found.astype(np.int64) * MIXER >> 7) % 255 + 1
-        return picture(np.where(found == 0, 0, mixed).astype(np.uint8)), "PNG"
+        return picture(np.where(found == 0, 0, mixed).astype(np.uint8)), "PNG", None
     if encoding == "mono8":
-        return Image.fromarray(np.ascontiguousarray(found)), "PNG"
+        return Image.fromarray(np.ascontiguousarray(found)), "PNG", None
     values = found.astype(np.float64)
     values = np.where(values > 0, values, np.nan) if encoding != "mono16" else values
     known = values[np.isfinite(values)]
     low, high = np.percentile(known, (1, 99)) if len(known) else (0.0, 1.0)
-    return picture(indices(values, float(low), float(high))), "PNG"
+    low, high = float(low), float(high)
+    metres = (low, high) if encoding == "32FC1" else (low / 1000, high / 1000) if encoding == "16UC1" else None
+    return picture(indices(values, low, high)), "PNG", metres
 
 
 def small(image: Any) -> Any:

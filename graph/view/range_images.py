@@ -17,9 +17,9 @@ LEAST_DEG = 2.0
 """Elevations that a cloud has to span; a planar scan has no range image."""
 
 
-def range_image(scan: Scan) -> Any:
+def range_image(scan: Scan) -> tuple[Any, float] | None:
     """The picture (columns from azimuth 180 at the left to -180 deg at the right, upper row on top) as the sensor looks
-    ahead in the middle; None for a planar or empty scan.
+    ahead in the middle, and the range [m] of its last colour; None for a planar or empty scan.
     """
     x, y, z = (scan.points[axis].astype(np.float64) for axis in "xyz")
     distance = np.sqrt(x * x + y * y + z * z)
@@ -45,4 +45,4 @@ def range_image(scan: Scan) -> Any:
     np.minimum.at(image, row * COLUMNS + column, distance)
     far = float(np.percentile(distance, 98))
     tall = max(1, round(160 / rows))  # rows as wide as a reader sees them
-    return picture(np.repeat(indices(image.reshape(rows, COLUMNS), 0.0, far), tall, axis=0))
+    return picture(np.repeat(indices(image.reshape(rows, COLUMNS), 0.0, far), tall, axis=0)), far

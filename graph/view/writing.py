@@ -16,9 +16,11 @@ import numpy as np
 
 from graph.base.errors import UserError
 from graph.export.file_names import file_names
+from graph.sim.messages.cadence import SENSOR
 
-from .clouds import CloudPanel
+from .clouds import CloudPanel, titled
 from .collecting import Collected, Picture, collect, source_of
+from .scene import cloud_groups, scene
 from .times import clocks
 from .top_views import top_view
 
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     from graph.sim.messages.run_reader import RunReader
 
 PAGE = "view.html"
+SCRIPTS = ("page.js", "scene.js", "panels.js")
 PICTURE_PERIOD = 1.0
 """Seconds of simulation between the PNG files of a topic."""
 MEGABYTE = 1_000_000
@@ -50,7 +53,7 @@ def write_view(
         title=html.escape(Path(run.name).name or run.name),
         summary=html.escape(summary),
         style=_asset("page.css"),
-        script=_asset("page.js"),
+        script="".join(map(_asset, SCRIPTS)),
         plotly=plotly,
         data=_embedded(page_data(run, found, said)),
     )
@@ -65,7 +68,10 @@ def page_data(run: RunReader, found: Collected, said: Mapping[str, str]) -> dict
     warnings = (run.report or {}).get("warnings", [])
     noted = [["recording", "", note] for note in (*run.notes, *found.problems)]
     rows = [{**row, "clock": True} for row in clocks(run.report, found.times)]
+    radars = [data for panel in found.clouds.values() if (data := radar_data(panel))]
+    groups = cloud_groups(found, {name: topic.metadata.get(SENSOR, "") for name, topic in run.recorded.items()})
     return {
+        "scene": scene(found, [group["clouds"][0] for group in groups]),
         "start": min(stamps, default=0) / 1e9,
         "end": max(stamps, default=0) / 1e9,
         "palette": _scale(),
@@ -79,13 +85,16 @@ def page_data(run: RunReader, found: Collected, said: Mapping[str, str]) -> dict
             }
             for name, panel in found.clouds.items()
         ],
-        "radars": [found_one for panel in found.clouds.values() if (found_one := radar_data(panel))],
+        "groups": [group for group in groups if not {one["topic"] for one in radars} & set(group["topics"])],
+        "radars": radars,
         "pictures": [
             {"topic": name, "count": found.counts[name], "frames": _sources(pictures)}
             for name, pictures in found.pictures.items()
         ],
-        "values": [data for series in found.values.values() if (data := series.data())["lines"]],
-        "paths": found.paths,
+        "values": [data for series in found.values.values() if (data := series.data())["quantities"]],
+        "poses": found.poses,
+        "boxes": [{"topic": name, "frames": shown} for name, shown in found.boxes.items()],
+        "lenses": list(found.lenses.values()),
         "rows": [*rows, *(topic.data() for topic in found.times.values())],
     }
 
@@ -115,7 +124,13 @@ def radar_data(panel: CloudPanel) -> dict[str, Any] | None:
     ]
     strengths = [one for frame in shown for one in np.nan_to_num(frame.values[colour]).tolist()]
     low, high = np.percentile(strengths, (1, 99)) if strengths else (0.0, 1.0)
-    return {"topic": panel.topic, "colour": colour, "low": float(low), "high": float(high), "frames": frames}
+    return {
+        "topic": panel.topic,
+        "colour": "intensity [dB]" if colour == "intensity" else titled(colour),
+        "low": float(low),
+        "high": float(high),
+        "frames": frames,
+    }
 
 
 def write_pictures(found: Collected, out: Path) -> list[Path]:

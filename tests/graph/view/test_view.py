@@ -187,10 +187,12 @@ def test_values_of_lists_carry_the_names_of_the_message():
     message = types["sensor_msgs/msg/JointState"](header, ["hip", "knee"], np.array([0.5, -1.0]), empty, empty)
     series = Series("/joint_states")
     series.add(10**9, "sensor_msgs/msg/JointState", message)
+    lines = [{"name": "hip", "y": [0.5]}, {"name": "knee", "y": [-1.0]}]
     assert series.data() == {
         "topic": "/joint_states",
+        "holds": False,
         "t": [1.0],
-        "lines": [{"name": "position[hip]", "y": [0.5]}, {"name": "position[knee]", "y": [-1.0]}],
+        "quantities": [{"name": "position", "unit": "rad or m", "lines": lines, "more": 0}],
     }
 
 
