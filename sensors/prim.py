@@ -12,6 +12,7 @@ import numpy as np
 from graph.base import exact
 from graph.base.errors import UserError
 from graph.base.suggest import did_you_mean
+from graph.sim.scene.mechanisms import mechanisms_of
 
 from .channels import AuxLevel
 from .errors import SensorValueError
@@ -90,9 +91,16 @@ def write_aux_level(prim: Usd.Prim, level: str) -> None:
 
 
 def read_exclude(prim: Usd.Prim) -> frozenset[str]:
-    """Paths of the prims that the sensor never hits (each with everything below it)."""
+    """Paths of the prims that the sensor never hits (each with everything below it).
+
+    An articulation root stands for all links of its articulation.
+    """
     relationship = prim.GetRelationship(EXCLUDE)
-    return frozenset(str(path) for path in relationship.GetTargets()) if relationship else frozenset()
+    paths = [str(path) for path in relationship.GetTargets()] if relationship else []
+    if not paths:
+        return frozenset()
+    mechanisms = mechanisms_of(prim.GetStage())
+    return frozenset(paths).union(*map(mechanisms.standing_for, paths))
 
 
 def write_exclude(prim: Usd.Prim, paths: tuple[str, ...]) -> None:

@@ -46,6 +46,7 @@ BOXES_IN_WORLD = "/tickgraph/cameraBoxesInWorld"
 INFO_SQUARE_PIXELS = "/tickgraph/cameraInfoSquarePixels"
 CLOUD_OF_CORNERS = "/tickgraph/cameraCloudOfCorners"
 MERGE_TRANSFORMS = "/tickgraph/mergeTransforms"
+ODOMETRY_WORLD_TURN = "/tickgraph/odometryWorldTurn"
 STOP_CLEARS_COMMANDS = "/tickgraph/stopClearsCommands"
 NODE_ERRORS_STOP = "/tickgraph/nodeErrorsStop"
 ID_MAP_EXTENSION = "/tickgraph/idMapExtension"
@@ -97,6 +98,7 @@ DEFAULTS: dict[str, Any] = {
     INFO_SQUARE_PIXELS: False,
     CLOUD_OF_CORNERS: False,
     MERGE_TRANSFORMS: True,
+    ODOMETRY_WORLD_TURN: False,
     STOP_CLEARS_COMMANDS: False,
     NODE_ERRORS_STOP: True,
     ID_MAP_EXTENSION: True,

@@ -35,7 +35,8 @@ def robot_at(db: Database, path: str) -> Any:
 
 def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
     """Joint names that no joint on the stage has; joints with several axes go by `name:axis`."""
-    from graph.sim.scene.scan import GIVEN
+    from graph.sim.scene.mechanisms import GIVEN
+    from graph.sim.scene.prim_paths import NAME_OVERRIDE
     from graph.sim.usd import Usd, UsdPhysics
 
     if "jointNames" not in node.given:
@@ -43,7 +44,8 @@ def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
     known: set[str] = set()
     for prim in node.stage.Traverse(Usd.TraverseInstanceProxies()):
         if prim.IsA(UsdPhysics.Joint):
-            known |= {prim.GetName(), str(prim.GetAttribute(GIVEN).Get() or prim.GetName())}
+            given = (prim.GetAttribute(name).Get() for name in (GIVEN, NAME_OVERRIDE))
+            known |= {prim.GetName(), *(str(name) for name in given if name)}
     for name in node.db.inputs.jointNames if known else ():
         if name.partition(":")[0] not in known and name not in known:
             yield "jointNames", f'no joint on the stage is called "{name}"{did_you_mean(name, known)}'
@@ -116,11 +118,11 @@ def articulation_controller(db: Database) -> bool:
 def joint_selection(db: Database, articulation: Any) -> Sequence[int]:
     """The indices of the commanded joints, in command order. Fails the node for an unknown name or index.
 
-    Joints have the names of their prims; joints of an MJCF model also their names there.
+    Joints have their names in messages (those of their model, `isaac:nameOverride`) and those of their prims.
     """
     inputs, names = db.inputs, articulation.joint_names
     if len(inputs.jointNames):
-        known = {**articulation.model_names, **{name: number for number, name in reversed([*enumerate(names)])}}
+        known = articulation.numbers
         unknown = [name for name in inputs.jointNames if name not in known]
         if unknown:
             db.fail(f"no joint {', '.join(unknown)}; the robot has {', '.join(names)}")

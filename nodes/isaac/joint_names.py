@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from graph.node import Attribute, Database, node_type
-from graph.sim.scene.prim_paths import prim_at
-
-from .transform_trees import NAME_OVERRIDE
+from graph.sim.scene.mechanisms import mechanisms_of
+from graph.sim.scene.prim_paths import NAME_OVERRIDE, prim_at
 
 
 @dataclass(slots=True)
@@ -49,18 +48,20 @@ def joint_name_resolver(db: Database) -> None:
 
 def _overrides(db: Database, robot: str) -> dict[str, str]:
     """Override -> prim name; the first prim wins. Fails the node if there is no articulation at the path."""
-    from graph.sim.usd import Usd, UsdPhysics
+    from graph.sim.usd import Usd
 
-    prim = prim_at(db.app.stage, robot)
+    stage = db.app.stage
+    prim = prim_at(stage, robot)
     if not prim:
         db.lack(f"there is no prim {robot} on the stage" if robot else "no robot; set targetPrim or robotPath")
+    mechanisms = mechanisms_of(stage)
+    joints = mechanisms.joints(mechanisms.carriers(robot))
+    if not joints:
+        db.fail(f"{robot} is not a robot: it has no joints")
     real: dict[str, str] = {}
-    rooted = False
-    for each in Usd.PrimRange(prim, Usd.TraverseInstanceProxies()):
-        rooted = rooted or each.HasAPI(UsdPhysics.ArticulationRootAPI)
+    below = Usd.PrimRange(prim, Usd.TraverseInstanceProxies())
+    for each in (*map(stage.GetPrimAtPath, joints), *below):
         override = each.GetAttribute(NAME_OVERRIDE).Get() if each.HasAttribute(NAME_OVERRIDE) else None
         if override:
             real.setdefault(str(override), each.GetName())
-    if not rooted:
-        db.fail(f"{robot} is not a robot: no articulation root is there or below it")
     return real

@@ -7,7 +7,9 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from graph.node import Attribute, Database, node_type
+from graph.sim.scene.mechanisms import mechanisms_of
 from graph.sim.scene.prim_paths import prim_at
+from graph.sim.settings import ODOMETRY_WORLD_TURN
 
 from .poses import IDENTITY, ZERO
 
@@ -43,7 +45,7 @@ def _vector(doc: str, unit: str) -> Attribute:
         "position": _vector("position in the frame that the chassis had at the first reading after play", "m"),
         "orientation": Attribute("quatd[4]", "orientation in that frame, quaternion x, y, z, w", default=IDENTITY),
         "linearVelocity": _vector("velocity along the chassis' axes", "m/s"),
-        "angularVelocity": _vector("turn rate about the world's axes", "rad/s"),
+        "angularVelocity": _vector("turn rate about the chassis' axes (the product's profile: the world's)", "rad/s"),
         "linearAcceleration": _vector("change of linearVelocity over simulation time", "m/s^2"),
         "angularAcceleration": _vector("change of angularVelocity over simulation time", "rad/s^2"),
         "globalLinearVelocity": _vector("velocity along the world's axes", "m/s"),
@@ -64,7 +66,8 @@ def compute_odometry(db: Database) -> bool:
     pose = app.fabric.rigid_matrices((memory.body,))[0]
     if memory.pose is None:
         memory.pose = pose
-    velocities = body_velocities(pose, app.fabric.capture().velocities((memory.body,))[0])
+    motion = app.fabric.capture().velocities((memory.body,))[0]
+    velocities = body_velocities(pose, motion, world_turn=bool(app.settings.get(ODOMETRY_WORLD_TURN)))
     from graph.sim.transforms import quaternion, to_xyzw
 
     outputs, turned = db.outputs, memory.pose[:3, :3].T
@@ -82,27 +85,27 @@ def compute_odometry(db: Database) -> bool:
     return True
 
 
-def body_velocities(pose: NDArray[np.float64], motion: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Rows: linear velocity along the body's axes, angular velocity and linear velocity along the world's.
+def body_velocities(pose: NDArray[np.float64], motion: NDArray[np.float64], *, world_turn: bool) -> NDArray[np.float64]:
+    """Rows: linear and angular velocity along the body's axes, and linear velocity along the world's.
 
     pose: (4, 4) rigid, column vectors; motion: (6,) linear [m/s] and angular [rad/s] along the world's axes.
+    world_turn: whether the angular velocity stays along the world's axes.
     """
     import numpy as np
 
-    return np.stack([motion[:3] @ pose[:3, :3], motion[3:], motion[:3]])
+    turn = pose[:3, :3]
+    return np.stack([motion[:3] @ turn, motion[3:] if world_turn else motion[3:] @ turn, motion[:3]])
 
 
 def _body(db: Database) -> str:
     """The path of the rigid body of chassisPrim. Fails the node if it does not exist."""
-    from .transform_trees import links_of
-
     app, targets = db.app, db.inputs.chassisPrim
     if len(targets) != 1:
         db.lack(f"input chassisPrim names {len(targets)} prims; give it one prim path")
     if not prim_at(app.stage, targets[0]):
         db.lack(f"there is no prim {targets[0]} on the stage; correct the path")
     bodies = () if app.physics is None else app.physics.body_paths
-    for _, link in links_of(app.stage, targets[0]):
+    for link in mechanisms_of(app.stage).standing_for(targets[0]) or targets:
         if link in bodies:
-            return link
+            return str(link)
     db.lack(f"{targets[0]} is not a rigid body that can move; give chassisPrim a body or an articulation")

@@ -6,8 +6,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from graph.sim.scene.mechanisms import mechanisms_of
+from graph.sim.scene.prim_paths import NAME_OVERRIDE
+
 WORLD = "world"
-NAME_OVERRIDE = "isaac:nameOverride"
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,12 +40,14 @@ class Edge:
 def edges_of(stage: Any, parent: str, targets: Iterable[str]) -> list[Edge]:
     """The transforms of `targets` below `parent` ("" is the world).
 
-    A target that is the root of an articulation means all its links: the parent of the root link is `parent`, that of
-    every other link is the link that its joint connects it to. The parent of any other target is `parent`.
+    A target that is the root of an articulation (`Mechanisms.standing_for`) means all its links: the parent of the root
+    link is `parent`, that of every other link is the link that its joint connects it to. The parent of any other target
+    is `parent`.
     """
+    mechanisms = mechanisms_of(stage)
     pairs: dict[str, str] = {}
     for target in targets:
-        for parent_link, child in links_of(stage, target):
+        for child, parent_link in (mechanisms.standing_for(target) or {target: ""}).items():
             if child != parent:
                 pairs.setdefault(child, parent_link or parent)
     names = _frame_names(stage, [parent, *pairs.values(), *pairs])
@@ -58,51 +62,6 @@ def _is_camera(prim: Any) -> bool:
     from graph.sim.usd import UsdGeom
 
     return bool(prim.IsA(UsdGeom.Camera))
-
-
-def links_of(stage: Any, target: str) -> list[tuple[str, str]]:
-    """(parent link or "", link) of an articulation, from its root link outwards; only ("", target) for other prims."""
-    from graph.sim.usd import Usd, UsdPhysics
-
-    root = stage.GetPrimAtPath(target)
-    if not root.HasAPI(UsdPhysics.ArticulationRootAPI):
-        return [("", target)]
-    if root.IsA(UsdPhysics.Joint) or not _bodies(root):
-        root = root.GetParent()
-    neighbours: dict[str, list[str]] = {path: [] for path in _bodies(root)}
-    grounded: list[str] = []
-    for prim in Usd.PrimRange(root, Usd.TraverseInstanceProxies()):
-        if prim.IsA(UsdPhysics.Joint):
-            _join(UsdPhysics.Joint(prim), neighbours, grounded)
-    seen: dict[str, str] = {}
-    for start in (*grounded, *neighbours):
-        if start not in seen:
-            seen[start] = ""
-            queue = [start]
-            for link in queue:
-                fresh = [other for other in neighbours[link] if other not in seen]
-                seen.update(dict.fromkeys(fresh, link))
-                queue += fresh
-    return [(above, link) for link, above in seen.items()] or [("", target)]
-
-
-def _bodies(root: Any) -> list[str]:
-    from graph.sim.usd import Usd, UsdPhysics
-
-    prims = Usd.PrimRange(root, Usd.TraverseInstanceProxies())
-    return [str(prim.GetPath()) for prim in prims if prim.HasAPI(UsdPhysics.RigidBodyAPI)]
-
-
-def _join(joint: Any, neighbours: dict[str, list[str]], grounded: list[str]) -> None:
-    """Adds a joint's two bodies as neighbours; a joint with one body fixes that body to the world."""
-    ends = [[str(path) for path in rel.GetTargets()] for rel in (joint.GetBody0Rel(), joint.GetBody1Rel())]
-    bodies = [path for end in ends for path in end if path in neighbours]
-    if len(bodies) == 2:
-        first, second = bodies
-        neighbours[first].append(second)
-        neighbours[second].append(first)
-    elif bodies:
-        grounded.append(bodies[0])
 
 
 def _frame_names(stage: Any, paths: Sequence[str]) -> dict[str, str]:

@@ -101,12 +101,12 @@ def _read(db: Database) -> None:
         db.lack(f"articulationRootPrim names {len(inputs.articulationRootPrim)} prims; give it one articulation")
     root = str(inputs.articulationRootPrim[0])
     articulation = robot_at(db, root)
-    names = articulation.joint_names
-    unknown = [name for name in inputs.jointNames if name not in names]
+    known = articulation.numbers
+    unknown = [name for name in inputs.jointNames if name not in known]
     if unknown or not len(inputs.jointNames):
         what = f"no joint {', '.join(unknown)}" if unknown else "no jointNames"
-        db.fail(f"{what}; the robot has {', '.join(names)}")
-    joints = [names.index(name) for name in inputs.jointNames]
+        db.fail(f"{what}; the robot has {', '.join(articulation.joint_names)}")
+    joints = [known[name] for name in inputs.jointNames]
     steps = _per_joint(db, "gripperSpeed", len(joints))
     if steps is None or not (steps > 0).all():
         db.fail("input gripperSpeed must be above 0 for every joint")

@@ -103,7 +103,7 @@ def _of_robot(db: Database) -> tuple[Any, ...]:
         memory.path, memory.articulation = path, robot_at(db, path)
         memory.scale = _metres(app, memory.articulation)
     robot, scale = memory.articulation, memory.scale
-    return robot.joint_names, robot.positions * scale, robot.velocities * scale, robot.efforts
+    return robot.labels, robot.positions * scale, robot.velocities * scale, robot.efforts
 
 
 def _metres(app: App, robot: Any) -> Any:

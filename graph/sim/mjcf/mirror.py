@@ -9,7 +9,8 @@ import numpy as np
 
 from graph.sim import transforms
 from graph.sim.physics.mujoco.library import mujoco
-from graph.sim.scene.scan import GIVEN
+from graph.sim.scene.mechanisms import GIVEN
+from graph.sim.scene.prim_paths import NAME_OVERRIDE
 from graph.sim.scene.stage import Warn
 from graph.sim.usd import Gf, Sdf, Usd, UsdGeom, Vt
 
@@ -63,6 +64,11 @@ class _Mirror:
             self._material(number, path)
         for number in range(self.model.njnt):
             self._joint(number)
+        for number, path in self.paths.welds.items():
+            spec = self.author.prim(path, "PhysicsFixedJoint")
+            self.author.set(spec, GIVEN, "String", "")
+            place = transforms.pose_matrices(self.model.body_pos[number], self.model.body_quat[number])
+            self._ends(spec, number, (place, np.eye(4)))
         for number in range(self.model.ngeom):
             self._geom(number)
         for number, path in enumerate(self.paths.sites):
@@ -79,7 +85,7 @@ class _Mirror:
         """A prim for an element; if its name differs from the element's, it stores the latter."""
         spec = self.author.prim(path, type_name, schemas)
         if path.rpartition("/")[2] != name:
-            self.author.set(spec, "isaac:nameOverride", "String", name)
+            self.author.set(spec, NAME_OVERRIDE, "String", name)
         return spec
 
     def _scene(self) -> None:
@@ -145,14 +151,7 @@ class _Mirror:
         }
         spec = self._named(path, types[int(kind)], model.joint(number).name)
         self.author.set(spec, GIVEN, "String", model.joint(number).name)
-        frames = joint_frames(model, number)
-        parent = self.paths.bodies[model.body_parentid[body]]
-        for side, target, frame in zip((0, 1), (parent, self.paths.bodies[body]), frames, strict=True):
-            if target:
-                self.author.relate(spec, f"physics:body{side}", target)
-            quaternion = Gf.Quatf(turn(transforms.quaternion(frame[:3, :3])))
-            self.author.set(spec, f"physics:localPos{side}", "Point3f", Gf.Vec3f(*map(float, frame[:3, 3])))
-            self.author.set(spec, f"physics:localRot{side}", "Quatf", quaternion)
+        self._ends(spec, body, joint_frames(model, number))
         if kind == mujoco.mjtJoint.mjJNT_BALL:
             return
         self.author.set(spec, "physics:axis", "Token", "X")
@@ -161,6 +160,16 @@ class _Mirror:
             for name, value in zip(("lower", "upper"), model.jnt_range[number], strict=True):
                 limit = math.degrees(value) if hinge else float(value)
                 self.author.set(spec, f"physics:{name}Limit", "Float", limit)
+
+    def _ends(self, spec: Any, body: int, frames: tuple[Any, Any]) -> None:
+        """The ends of a body's joint: its parent and itself, and the joint's frame in each."""
+        parent = self.paths.bodies[self.model.body_parentid[body]]
+        for side, target, frame in zip((0, 1), (parent, self.paths.bodies[body]), frames, strict=True):
+            if target:
+                self.author.relate(spec, f"physics:body{side}", target)
+            quaternion = Gf.Quatf(turn(transforms.quaternion(frame[:3, :3])))
+            self.author.set(spec, f"physics:localPos{side}", "Point3f", Gf.Vec3f(*map(float, frame[:3, 3])))
+            self.author.set(spec, f"physics:localRot{side}", "Quatf", quaternion)
 
     def _geom(self, number: int) -> None:
         model, path = self.model, self.paths.geoms[number]

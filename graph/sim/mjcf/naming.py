@@ -34,6 +34,8 @@ class Paths:
     lights: tuple[str, ...]
     scene: str
     headlight: str
+    welds: dict[int, str]
+    """Joints that fix bodies without a joint to their parent bodies, by the number of the body."""
     points: frozenset[int]
     """Bodies that are only points of a soft part; they have no prims."""
 
@@ -78,6 +80,13 @@ def prim_paths(model: Any) -> Paths:
     )
     scene = place(ROOT, "PhysicsScene")
     lights = tuple(place(below[model.light_bodyid[number]], model.light(number).name) for number in range(model.nlight))
+    headlight = place(ROOT, "Headlight")
+    fixed = [
+        number for number in range(1, model.nbody) if model.body_parentid[number] and not model.body_jntnum[number]
+    ]
+    welds = {
+        number: place(bodies[number], f"{model.body(number).name}_weld") for number in fixed if number not in points
+    }
     return Paths(
         tuple(bodies),
         tuple(joints),
@@ -87,7 +96,8 @@ def prim_paths(model: Any) -> Paths:
         *parts,
         lights,
         scene,
-        place(ROOT, "Headlight"),
+        headlight,
+        welds,
         points,
     )
 

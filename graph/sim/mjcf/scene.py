@@ -194,8 +194,8 @@ class MjcfScene:
                 continue
             ends = paths.bodies[model.body_parentid[body]] or None, paths.bodies[body]
             first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
-            if not count and ends[0]:
-                out.append(Joint(f"{ends[1]}#weld", "fixed", ends, (np.eye(4), np.eye(4))))
+            if body in paths.welds:
+                out.append(Joint(paths.welds[body], "fixed", ends, (np.eye(4), np.eye(4))))
             for number in range(first, first + count):
                 if not paths.joints[number]:
                     continue

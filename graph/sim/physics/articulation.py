@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from graph.sim.scene.mechanisms import Mechanisms, Tie
 from graph.sim.transforms import Floats
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ class _Found(NamedTuple):
     rows: Rows
     paths: tuple[str, ...]
     names: tuple[str, ...]
-    model_names: dict[str, int]
+    labels: tuple[str, ...]
     scale: Floats
     limits: Floats
     linear: NDArray[np.bool_]
@@ -51,7 +52,7 @@ class Articulation:
 
     def _find(self) -> _Found:
         known = self.engine.joints
-        rows = [row for row in _connected(known, self.path) if known[row].kind in ("revolute", "prismatic")]
+        rows = [row for row in self._rows(known) if known[row].kind in ("revolute", "prismatic")]
         joints = [known[row] for row in rows]
         linear = np.array([joint.kind == "prismatic" for joint in joints], dtype=np.bool_)
         scale = np.where(linear, 1 / self._meters_per_unit, 1.0)
@@ -59,12 +60,20 @@ class Articulation:
         return _Found(
             np.array(rows, dtype=np.intp),
             tuple(joint.path for joint in joints),
-            tuple(joint.path.rpartition("/")[2] for joint in joints),
-            {joint.name: number for number, joint in enumerate(joints) if joint.name},
+            tuple(joint.name or _last(joint) for joint in joints),
+            tuple(joint.label or joint.name or _last(joint) for joint in joints),
             scale,
             ends * scale[:, None],
             linear,
         )
+
+    def _rows(self, joints: Sequence[Joint]) -> Iterable[int]:
+        """Numbers of the joints of the articulation at the path; "/" stands for all joints."""
+        if self.path == "/":
+            return range(len(joints))
+        mechanisms = self.engine.world.mechanisms or Mechanisms([Tie(joint.path, joint.bodies) for joint in joints])
+        links = mechanisms.carriers(self.path)
+        return [number for number, joint in enumerate(joints) if mechanisms.joins(links, joint.bodies)]
 
     @property
     def joint_paths(self) -> tuple[str, ...]:
@@ -73,13 +82,24 @@ class Articulation:
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """The last parts of the paths."""
+        """Their names in the MJCF or URDF model that they come from, else the last parts of their paths."""
         return self._now.names
 
     @property
-    def model_names(self) -> dict[str, int]:
-        """Numbers of joints by their names in the MJCF model that they come from."""
-        return self._now.model_names
+    def labels(self) -> tuple[str, ...]:
+        """Their names in messages: `isaac:nameOverride` where a joint's prim has it, else as `joint_names`."""
+        return self._now.labels
+
+    @property
+    def numbers(self) -> dict[str, int]:
+        """Numbers of joints by every name they have: `joint_names`, then `labels`, then the last parts of the paths."""
+        now = self._now
+        tails = (path.rpartition("/")[2] for path in now.paths)
+        out: dict[str, int] = {}
+        for names in (now.names, now.labels, tails):
+            for number, name in enumerate(names):
+                out.setdefault(name, number)
+        return out
 
     @property
     def driven(self) -> NDArray[np.bool_]:
@@ -186,21 +206,5 @@ class Articulation:
         return out
 
 
-def _connected(joints: Sequence[Joint], root: str) -> list[int]:
-    """Numbers of the joints at or below a path or on bodies below it, and of all joints connected to these bodies."""
-
-    def inside(path: str | None) -> bool:
-        if path is None:
-            return False
-        prim = path.partition(":")[0]  # an axis of a joint with several is "/Joint:rotX"
-        return prim == root or prim.startswith(root.rstrip("/") + "/")
-
-    found = {joint.path for joint in joints if inside(joint.path) or any(map(inside, joint.bodies))}
-    bodies: set[str | None] = {body for joint in joints if joint.path in found for body in joint.bodies if body}
-    bodies |= {body for joint in joints for body in joint.bodies if inside(body)}
-    while True:
-        more = {joint.path for joint in joints if not bodies.isdisjoint(joint.bodies)} - found
-        if not more:
-            return [number for number, joint in enumerate(joints) if joint.path in found]
-        found |= more
-        bodies |= {body for joint in joints if joint.path in more for body in joint.bodies if body}
+def _last(joint: Joint) -> str:
+    return joint.path.rpartition("/")[2]

@@ -74,6 +74,7 @@ def single_joints(scan: Scan, joint: Joint, axes: Sequence[Axis], order: Sequenc
                 drive=axis.drive,
                 collide=joint.collide,
                 in_tree=joint.in_tree,
+                label=joint.label and f"{joint.label}:{AXES[number]}",
                 **axis.efforts,
             )
         )

@@ -99,26 +99,8 @@ def _mechanisms_without_self_collision(scan: Scan) -> list[set[str]]:
         ]
         if next((value for value in said if value is not None), True):
             continue
-        start = {body for body in scan.bodies if at_or_below(body, path)}
-        start |= {body for joint in scan.joints if joint.path == path for body in joint.bodies if body}
-        out.append(_jointed(scan, start))
+        out.append(set(scan.mechanisms.carriers(path)))
     return out
-
-
-def _jointed(scan: Scan, bodies: set[str]) -> set[str]:
-    """The bodies, and all bodies that joints connect with them."""
-    found = set(bodies)
-    while True:
-        more = {
-            body
-            for joint in scan.joints
-            if not found.isdisjoint(body for body in joint.bodies if body)
-            for body in joint.bodies
-            if body and body not in found
-        }
-        if not more:
-            return found
-        found |= more
 
 
 def _masks(scan: Scan, tokens: dict[str, set[tuple[int, int]]], warn: Warn) -> tuple[dict[str, int], NDArray[np.bool_]]:

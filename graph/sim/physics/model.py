@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graph.sim.geometry.tessellation import Triangles
+from graph.sim.scene.mechanisms import Mechanisms
 from graph.sim.transforms import Floats
 
 from .materials import PLAIN, Material
@@ -151,6 +152,8 @@ class Joint:
     initial_velocity: float | None = None
     name: str = ""
     """Its name in the engine's model, if that is not its path."""
+    label: str = ""
+    """Its name in messages, if that is not the name of its prim or in the engine's model."""
 
     @property
     def model_name(self) -> str:
@@ -256,3 +259,5 @@ class WorldModel:
     given: tuple[Body, ...] = ()
     forces: tuple[BodyForce, ...] = ()
     surfaces: tuple[MovingSurface, ...] = ()
+    mechanisms: Mechanisms | None = None
+    """The articulations of the stage that it was read from."""

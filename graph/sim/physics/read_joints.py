@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from graph.sim import transforms
-from graph.sim.scene.prim_paths import near_prim
+from graph.sim.scene.prim_paths import NAME_OVERRIDE, near_prim
 from graph.sim.scene.scan import JointPrim, Scan
 from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
@@ -90,6 +90,7 @@ def _joint(scan: Scan, prim: JointPrim, warn: Warn) -> Joint | None:
         bodies=(first, second),
         frames=frames,
         collide=bool(schema.GetCollisionEnabledAttr().Get(EARLIEST)),
+        label=str(value_of(prim.prim, NAME_OVERRIDE) or ""),
         in_tree=not schema.GetExcludeFromArticulationAttr().Get(EARLIEST),
     )
     if kind in ("revolute", "prismatic"):

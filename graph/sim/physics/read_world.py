@@ -72,6 +72,7 @@ def read_world(scan: Scan, warn: Warn, known: Known = NOTHING) -> WorldModel:
         forces=read_forces(scan, warn),
         surfaces=read_surfaces(scan, bodies, warn),
         given=tuple(_body(scan, body, warn) for body in scan.bodies.values() if body.given),
+        mechanisms=scan.mechanisms,
     )
 
 

@@ -11,6 +11,10 @@ if TYPE_CHECKING:
     from pxr import Usd
 
 
+NAME_OVERRIDE = "isaac:nameOverride"
+"""Attribute of a prim with its name in messages, where that differs from its name on the stage."""
+
+
 @lru_cache(maxsize=1024)
 def is_prim_path(path: str) -> bool:
     """Whether a text could be the absolute path of a prim."""

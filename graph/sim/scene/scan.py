@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from graph.sim import transforms
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, Tf, Usd, UsdGeom, UsdPhysics
 
+from .mechanisms import GIVEN, Mechanisms, mechanisms_of
 from .stage import meters_per_unit
 
 SOFT_TYPES = ("Mesh", "TetMesh", "Points")
@@ -31,9 +32,6 @@ SOFT = frozenset(
 
 GRIPPER, ATTACHMENTS = "IsaacSurfaceGripper", "isaac:attachmentPoints"
 """Type of a surface gripper's prim, and its relationship to the joints that are its attachment points."""
-
-GIVEN = "mjc:name"
-"""Attribute of a body or joint that mirrors one of a model: its name there."""
 
 
 @dataclass(frozen=True)
@@ -155,6 +153,12 @@ class Scan:
         """The nearest body at or above a prim path, if it can move."""
         body = self.body_of(path)
         return body if body in self.moving else None
+
+    @cached_property
+    def mechanisms(self) -> Mechanisms:
+        """The articulations of the stage."""
+        jointed = self.joints or any(body.given for body in self.bodies.values())
+        return mechanisms_of(self.stage) if jointed else Mechanisms((), self.articulation_roots, [*self.bodies])
 
     @property
     def dynamic(self) -> list[str]:

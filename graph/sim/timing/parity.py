@@ -115,6 +115,12 @@ DIFFERENCES: tuple[Difference, ...] = (
         "transforms of several nodes with the same topic, quality and stamp are one message, or one for each node",
     ),
     Difference(
+        keys.ODOMETRY_WORLD_TURN,
+        True,
+        "the angular velocity of odometry is along the axes of the chassis, as nav_msgs/Odometry has it, or along the "
+        "world's",
+    ),
+    Difference(
         keys.STOP_CLEARS_COMMANDS,
         True,
         "at stop the command inputs of controllers keep what is written on them, or become 0 (empty, of arrays)",

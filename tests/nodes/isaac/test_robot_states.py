@@ -98,12 +98,14 @@ def test_names_that_override_are_resolved_to_prim_names(arm):
     [
         ("", "no robot; set targetPrim or robotPath"),
         ("/World/Gone", "there is no prim /World/Gone"),
-        (f"{ROOT}/shoulder", "/World/Arm/shoulder is not a robot: no articulation root is there or below it"),
+        ("/World/Ground", "/World/Ground is not a robot: it has no joints"),
     ],
 )
 def test_what_has_no_joints_to_name_is_reported(arm, robot, message):
+    app = arm()
+    app.stage.DefinePrim("/World/Ground", "Xform")
     with pytest.raises(ComputeError, match=message):
-        run_node("IsaacJointNameResolver", inputs={"robotPath": robot}, pulses={"execIn": [0]}, app=arm())
+        run_node("IsaacJointNameResolver", inputs={"robotPath": robot}, pulses={"execIn": [0]}, app=app)
 
 
 def test_links_are_placed_in_a_parent_prim(stage, arm):

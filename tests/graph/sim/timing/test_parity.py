@@ -426,6 +426,24 @@ def test_row_commands_of_controllers_at_stop(run, parity, settings, value):
     assert list(nodes["joints"].get("inputs:velocityCommand")) == ([] if value else [5])
 
 
+@both(keys.ODOMETRY_WORLD_TURN)
+def test_row_axes_of_odometrys_turn_rate(parity, settings, value):
+    """60 deg/s about the world's z is a turn about the body's y, if the body is rolled by 90 deg about x."""
+    from pxr import UsdGeom, UsdPhysics
+
+    from graph.testing import run_node
+
+    with App(parity=parity, settings=settings) as app:
+        UsdPhysics.Scene.Define(app.stage, "/World/Physics").GetGravityMagnitudeAttr().Set(0.0)
+        cube = UsdGeom.Cube.Define(app.stage, "/World/Cube")
+        cube.AddRotateXOp().Set(90)
+        UsdPhysics.RigidBodyAPI.Apply(cube.GetPrim()).GetAngularVelocityAttr().Set((0, 0, 60))
+        inputs = {"chassisPrim": "/World/Cube"}
+        trace = run_node("IsaacComputeOdometry", inputs=inputs, pulses={"execIn": [0]}, updates=1, app=app)
+    rate = math.radians(60)
+    assert trace.value("angularVelocity") == pytest.approx([0, 0, rate] if value else [0, rate, 0], abs=1e-6)
+
+
 @both(keys.NODE_ERRORS_STOP)
 def test_row_compute_that_raises(run, parity, settings, value):
     app = run(FAILS, parity, settings)
