@@ -6,6 +6,7 @@ from typing import Any
 
 from graph.node import Attribute, Database, node_type
 from graph.sim.scene.prim_paths import prim_at
+from sensors.camera.config import film_of
 
 FISHEYE = (
     *(f"ftheta{name}" for name in ("Width", "Height", "Cx", "Cy", "MaxFov")),
@@ -49,8 +50,8 @@ def read_camera_info(db: Database) -> bool:
         db.fail(f"{path} has {width} x {height} pixels; give it a size")
     outputs, number = db.outputs, _Numbers(camera)
     outputs.width, outputs.height = width, height
-    outputs.focalLength, outputs.horizontalAperture = number["focalLength"], number["horizontalAperture"]
-    outputs.verticalAperture = number["horizontalAperture"] * height / width
+    outputs.focalLength = number["focalLength"]
+    outputs.horizontalAperture, outputs.verticalAperture = film_of(camera, (width, height))
     outputs.horizontalOffset = number["horizontalApertureOffset"]
     outputs.verticalOffset = number["verticalApertureOffset"]
     projection = number.get("cameraProjectionType") or "pinhole"

@@ -156,7 +156,7 @@ def _lens(product: RenderProduct) -> Lens:
     if distortion_of(config.lens) is not None:
         return config.lens
     width, height = config.size
-    focal = width * config.focal_length / config.apertures[0]
+    focal = width * config.focal_length / config.film[0]
     return Lens(width, height, focal, focal, width / 2, height / 2)
 
 

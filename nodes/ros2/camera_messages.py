@@ -79,7 +79,7 @@ def _cloud(reading: Reading) -> Any:
     points = known * _directions(config.lens)
     if reading.cloud_of_corners:
         width, height = config.size
-        points = points_of(points[:, 2].reshape(height, width), width * config.focal_length / config.apertures[0])
+        points = points_of(points[:, 2].reshape(height, width), width * config.focal_length / config.film[0])
     return point_cloud(points, {}, reading.nanoseconds, reading.frame_id)
 
 

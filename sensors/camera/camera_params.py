@@ -25,11 +25,10 @@ def camera_params(reading: Reading) -> dict[str, Any]:
     if frame is None:
         return {}
     config: CameraConfig = frame.config
-    width, height = config.size
     pose = frame.end.world_sensor.copy()
     pose[:3, 3] /= reading.app.meters_per_unit
     return {
-        "cameraAperture": np.array([config.apertures[0], config.apertures[0] * height / width], np.float32),
+        "cameraAperture": np.array(config.film, np.float32),
         "cameraApertureOffset": np.array(config.offsets, np.float32),
         "cameraFocalLength": config.focal_length,
         "cameraFocusDistance": config.focus_distance,
@@ -46,12 +45,9 @@ def camera_params(reading: Reading) -> dict[str, Any]:
 
 def projection(config: CameraConfig) -> np.ndarray:
     """(4, 4) float64, camera to clip space, row vectors; of a lens that distorts, that of its straight pinhole."""
-    width, height = config.size
-    across = 2 * config.focal_length / config.apertures[0]
     out = np.zeros((4, 4))
-    out[0, 0], out[1, 1] = across, across * width / height
-    out[2, 0] = 2 * config.offsets[0] / config.apertures[0]
-    out[2, 1] = 2 * config.offsets[1] / config.apertures[0] * width / height
+    for side, (film, offset) in enumerate(zip(config.film, config.offsets, strict=True)):
+        out[side, side], out[2, side] = 2 * config.focal_length / film, 2 * offset / film
     out[2, 3], out[3, 2] = -1.0, config.clipping[0]
     return out
 

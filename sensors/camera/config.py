@@ -27,6 +27,8 @@ TIME, F_STOP = 0.02, 5.0
 
 NO_ATTRIBUTES = ImageNoise()
 
+PIXEL_ASPECT = "mjc:pixelAspect"
+"""Attribute of a camera of an MJCF model: its horizontal focal length over its vertical one, both in pixels."""
 TENTH = 0.1
 """Focal length and apertures are in tenths of a stage unit."""
 
@@ -37,8 +39,9 @@ class CameraConfig:
 
     lens: at that size. near, far: distances from the image plane [m] that it shows. The other numbers are those of the
     prim, in its units: focal length, apertures (width, height) and their offsets in tenths of a stage unit,
-    focus_distance in stage units. exposure: what linear light is multiplied with. shutter: None exposes all at once.
-    noise: what `camera.noise` makes of colours.
+    focus_distance in stage units. film: width and height that the image shows, in the same unit (see `film_of`).
+    exposure: what linear light is multiplied with. shutter: None exposes all at once. noise: what `camera.noise` makes
+    of colours.
     """
 
     lens: Lens
@@ -46,6 +49,7 @@ class CameraConfig:
     far: float
     focal_length: float
     apertures: tuple[float, float]
+    film: tuple[float, float]
     offsets: tuple[float, float]
     focus_distance: float
     f_stop: float
@@ -94,19 +98,32 @@ def read_config(
         ) from error
 
 
+def film_of(prim: Usd.Prim, size: tuple[int, int]) -> tuple[float, float]:
+    """Width and height of the film in an image of that size, in tenths of a stage unit.
+
+    The height follows from the width, so that pixels are square. A camera of an MJCF model keeps its height, because
+    its angle of view is the vertical one; its width follows from the model's ratio of focal lengths in pixels.
+    """
+    wide, tall = (float(prim.GetAttribute(f"{side}Aperture").Get() or 0.0) for side in ("horizontal", "vertical"))
+    width, height = size
+    ratio = prim.GetAttribute(PIXEL_ASPECT).Get() if prim.HasAttribute(PIXEL_ASPECT) else None
+    return (wide, wide * height / width) if ratio is None else (tall * width / (height * ratio), tall)
+
+
 def _read(prim: Usd.Prim, size: tuple[int, int], meters_per_unit: float, files: ImageFiles | None) -> CameraConfig:
     attributes = _Attributes(prim)
     focal, apertures = attributes.positive("focalLength"), _pair(attributes, "Aperture", positive=True)
-    offsets = _pair(attributes, "ApertureOffset")
+    film, offsets = film_of(prim, size), _pair(attributes, "ApertureOffset")
     near, far = attributes.pair("clippingRange")
     if not 0 <= near < far:
         raise attributes.wrong("clippingRange", (near, far), "give the nearest and the farthest distance, 0 or more")
     return CameraConfig(
-        _lens(attributes, size, (focal, apertures[0], offsets), meters_per_unit, files),
+        _lens(attributes, size, (focal, film, offsets), meters_per_unit, files),
         near * meters_per_unit,
         far * meters_per_unit,
         focal,
         apertures,
+        film,
         offsets,
         attributes.number("focusDistance"),
         attributes.number("fStop"),
@@ -120,21 +137,21 @@ def _read(prim: Usd.Prim, size: tuple[int, int], meters_per_unit: float, files: 
 def _lens(
     attributes: _Attributes,
     size: tuple[int, int],
-    film: tuple[float, float, tuple[float, float]],
+    film: tuple[float, tuple[float, float], tuple[float, float]],
     unit: float,
     files: ImageFiles | None,
 ) -> Lens:
     width, height = size
-    focal, aperture, (right, up) = film
+    focal, (wide, tall), (right, up) = film
+    across, down = width / wide, height / tall  # pixels in a tenth of a unit
+    centre = width / 2 - right * across, height / 2 + up * down
     if attributes.text("projection") == "orthographic":
-        scale = width / (aperture * TENTH * unit)  # pixels in a metre
-        shift = width / aperture
-        return ParallelLens(width, height, scale, scale, width / 2 - right * shift, height / 2 + up * shift)
-    pixels = width / aperture  # in a tenth of a unit
+        metre = TENTH * unit
+        return ParallelLens(width, height, across / metre, down / metre, *centre)
     found = distorting_lens(attributes.prim, size, files)
     if found is not None:
         return found
-    return Lens(width, height, *(focal * pixels,) * 2, width / 2 - right * pixels, height / 2 + up * pixels)
+    return Lens(width, height, focal * across, focal * down, *centre)
 
 
 def _pair(attributes: _Attributes, name: str, *, positive: bool = False) -> tuple[float, float]:

@@ -264,21 +264,26 @@ class _Mirror:
         spec = self._named(self.paths.cameras[number], "Camera", model.camera(number).name)
         self.author.place(spec, model.cam_pos[number], model.cam_quat[number])
         width, height = (int(size) for size in model.cam_resolution[number])
-        sensor_x, sensor_y = (float(size) for size in model.cam_sensorsize[number])
-        tall = _APERTURE * (sensor_y / sensor_x if sensor_x > 0 else height / max(width, 1))
-        focal = tall / 2 / math.tan(math.radians(float(model.cam_fovy[number])) / 2)
-        if sensor_y > 0:
-            focal = float(model.cam_intrinsic[number][1]) / sensor_y * tall
-        wide = _APERTURE
+        sensor, fovy = model.cam_sensorsize[number].astype(float), float(model.cam_fovy[number])
+        wide, tall, ratio = _APERTURE, _APERTURE * height / max(width, 1), 1.0
+        focal = tall / 2 / math.tan(math.radians(fovy) / 2)
         if int(model.cam_projection[number]) == int(mujoco.mjtProjection.mjPROJ_ORTHOGRAPHIC):
             self.author.set(spec, "projection", "Token", "orthographic")
-            metres = float(model.cam_fovy[number])  # of height; apertures are in tenths
-            wide, tall = 10 * metres * wide / tall, 10 * metres
+            wide, tall = 10 * fovy * wide / tall, 10 * fovy  # fovy is the height in metres; apertures are in tenths
+        elif (sensor > 0).all():
+            across, focal, right, up = (10 * float(length) for length in model.cam_intrinsic[number])
+            wide, tall = 10 * sensor[0] * focal / across, 10 * sensor[1]
+            if (width, height) != (1, 1):  # else it has no resolution, and square pixels
+                ratio = (width * tall) / (height * wide)
+            # As MuJoCo draws it: the principal point is to the left of the middle, and above it.
+            self.author.set(spec, "horizontalApertureOffset", "Float", right * focal / across)
+            self.author.set(spec, "verticalApertureOffset", "Float", -up)
         nearest, farthest = (float(model.stat.extent * share) for share in (model.vis.map.znear, model.vis.map.zfar))
         self.author.set(spec, "clippingRange", "Float2", Gf.Vec2f(nearest, farthest))
         self.author.set(spec, "horizontalAperture", "Float", wide)
         self.author.set(spec, "verticalAperture", "Float", tall)
         self.author.set(spec, "focalLength", "Float", focal)
+        self.author.set(spec, "mjc:pixelAspect", "Double", ratio)
         self.author.set(spec, "mjc:resolution", "Int2", Gf.Vec2i(width, height))
 
     def _flex(self, number: int) -> None:
