@@ -33,8 +33,8 @@ ROOTS = ("link", "joint", "above", "static base")
 def define_robot(stage, root, place, at=(0.0, 0.0, 0.0), *, free=False):
     """Links `root`/base and `root`/arm on the hinge `root`/hinge (z), 1 m apart along y; the base is fixed or free.
 
-    place: where the root API is, one of `ROOTS`: on the base, on the joint that fixes it, on `root`, or on a base that
-    is no rigid body.
+    place: where the root API is, one of `ROOTS`: on the base, on the joint that fixes it, on `root`, or on a base
+    without a rigid body.
     """
     from pxr import UsdGeom, UsdPhysics
 

@@ -29,7 +29,7 @@ def test_it_is_found_from_each_of_its_prims_and_holds_its_links_alone(yard, name
     for start in starts:
         assert yard.carriers(start) == links, start
         assert list(yard.carriers(start)) == list(links)  # the root link first
-    # a prim above that is no root itself stands for all that is below it, the ball too
+    # a prim above without the root API stands for everything below it, the ball included
     below = yard.carriers(root)
     assert below == (links if name == "Above" else links | {f"{root}/ball": ""})
 
