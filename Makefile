@@ -1,7 +1,7 @@
 # make run    set up what is missing, then run the main example into out/yard
 # make test   set up what is missing, then run every test, on all cores
 # make lint   ruff and mypy;  make bench   the measurements;  make clean   forget .venv and out
-# make peers  install what the measurements compare with
+# make peers  install what the measurements compare with;  make wheel  build it, with the compiled loops
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -14,7 +14,7 @@ COMPILE := $(BIN)/python -m compileall -q graph nodes sensors
 PYTEST :=
 SOURCES := graph nodes sensors tests graphs
 
-.PHONY: run test lint bench peers clean system-libraries
+.PHONY: run test lint bench peers wheel clean system-libraries
 .DELETE_ON_ERROR:
 
 run: system-libraries $(VENV)/run.stamp
@@ -36,8 +36,12 @@ peers: $(VENV)/dev.stamp
 	$(PIP) install -c $(PINS) --no-build-isolation --editable '.[bench]'
 	$(PIP) install -c $(PINS) --no-deps mujoco-lidar
 
+wheel: system-libraries $(VENV)/dev.stamp
+	$(BIN)/python -m sensors.compiled
+	$(PIP) wheel --no-build-isolation --no-deps --wheel-dir dist .
+
 clean:
-	rm -rf $(VENV) out build dist
+	rm -rf $(VENV) out build dist sensors/compiled/shipped
 
 system-libraries: $(VENV)/python.stamp
 	@.ci/system-libraries $(BIN)/python
@@ -52,10 +56,12 @@ $(VENV)/run.stamp: $(VENV)/python.stamp pyproject.toml $(PINS)
 	@echo "installing into $(VENV): about 1.2 GB on disk"
 	$(PIP) install -c $(PINS) --no-build-isolation --editable .
 	$(COMPILE)
+	$(BIN)/graph doctor --warm
 	@touch $@
 
 $(VENV)/dev.stamp: $(VENV)/python.stamp pyproject.toml $(PINS)
 	@echo "installing into $(VENV): about 1.6 GB on disk"
 	$(PIP) install -c $(PINS) --no-build-isolation --editable '.[dev,gl,foxglove,dds,zenoh]'
 	$(COMPILE)
+	$(BIN)/graph doctor --warm
 	@touch $@ $(VENV)/run.stamp

@@ -299,7 +299,7 @@ def built_on(owners):
 
 OWNERS = {
     "mujoco": "graph.sim.physics.mujoco.library",
-    "numba": "sensors.compiled",
+    "numba": "sensors.compiled.kept",
     "open3d": "graph.sim.libraries",
     "pxr": "graph.sim.usd",
     "matplotlib": "graph.trade.diagrams",

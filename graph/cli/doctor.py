@@ -14,7 +14,7 @@ from pathlib import Path
 
 from graph.base.errors import UserError
 
-from . import extremes
+from . import extremes, warming
 from .printing import say, say_json
 
 HELP = "is this machine ready? what to install"
@@ -38,6 +38,7 @@ IMPORTS = {
     "numpy": ("numpy",),
     "open3d": ("open3d-cpu", "open3d"),
     "pxr.Usd": ("usd-core",),
+    "platformdirs": ("platformdirs",),
     "pydantic": ("pydantic",),
     "rich": ("rich",),
     "rosbags.typesys": ("rosbags",),
@@ -89,6 +90,7 @@ class Finding:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the options of `graph doctor`."""
     parser.add_argument("--json", action="store_true", help="print the findings as JSON")
+    parser.add_argument("--warm", action="store_true", help="compile the sensors' loops now, on all cores")
     extremes.add_arguments(parser)
 
 
@@ -96,6 +98,8 @@ def run(args: argparse.Namespace) -> int:
     """Checks everything and prints it; returns 0 if the machine is ready, else 1."""
     if args.stability:
         return extremes.run(args)
+    if args.warm:
+        return warming.run()
     if args.only or args.slow or args.markdown:
         raise UserError("--only, --slow and --markdown choose and show the cases of --stability; add it")
     findings = examine()
@@ -115,7 +119,8 @@ def run(args: argparse.Namespace) -> int:
 def examine() -> list[Finding]:
     """All findings, in the order they are printed."""
     modules = map(_dependency, IMPORTS)
-    return [_python(), _glibc(), _system_libraries(), *modules, _lazy_loading(), _cores(), _memory(), _disk()]
+    own = (_lazy_loading(), _compiled_loops())
+    return [_python(), _glibc(), _system_libraries(), *modules, *own, _cores(), _memory(), _disk()]
 
 
 def _python() -> Finding:
@@ -175,6 +180,17 @@ def _lazy_loading() -> Finding:
     if loaded:
         return Finding("tickgraph", "warn", f"{detail} and loads {', '.join(loaded)} with it", import_s=float(seconds))
     return Finding("tickgraph", "ok", f"{detail}, without the heavy libraries", import_s=round(float(seconds), 4))
+
+
+def _compiled_loops() -> Finding:
+    """Whether the sensors' loops are compiled once a machine, or in every run."""
+    from sensors.compiled.kept import user_folder, why_not_kept
+
+    reason = why_not_kept()
+    if reason:
+        advice = "Set TICKGRAPH_CACHE to a folder of your own, or each run compiles the sensors' loops again."
+        return Finding("compiled loops", "warn", f"cannot be kept: {reason}", advice)
+    return Finding("compiled loops", "ok", f"kept in {user_folder()}; --warm compiles them ahead")
 
 
 def _fresh(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:

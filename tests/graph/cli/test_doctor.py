@@ -37,7 +37,8 @@ def test_json_lists_every_finding_with_its_state(quick_imports, capsys):
     report = json.loads(capsys.readouterr().out)
     assert report["ready"] is True
     names = [finding["name"] for finding in report["findings"]]
-    assert names == ["python", "C library", "system libraries", "networkx", "tickgraph", "cores", "memory", "disk"]
+    machine = ["cores", "memory", "disk"]
+    assert names == ["python", "C library", "system libraries", "networkx", "tickgraph", "compiled loops", *machine]
     assert {finding["state"] for finding in report["findings"]} <= {"ok", "warn"}
 
 
@@ -116,3 +117,27 @@ def test_open3d_without_its_libraries_is_a_users_error_with_the_command(monkeypa
     monkeypatch.setattr(ctypes, "CDLL", without_gl)
     with pytest.raises(UserError, match=r"needs libGL\.so\.1, which is missing on this machine\. Run: apt-get install"):
         libraries.import_open3d()
+
+
+def test_loops_are_compiled_ahead_once(monkeypatch, capsys, tmp_path):
+    """Two forms instead of all; a second warm-up finds them."""
+    from sensors.compiled import signatures, warming
+
+    monkeypatch.setenv("TICKGRAPH_CACHE", str(tmp_path))
+    two = signatures.listed()[:2]
+    monkeypatch.setattr(warming, "listed", lambda: two)
+    assert run_doctor("--warm") == 0
+    assert capsys.readouterr().out.startswith("compiled 2 loops in ")
+    assert len(list((tmp_path / "kernels").glob("*.bin"))) == 2
+    assert run_doctor("--warm") == 0
+    assert capsys.readouterr().out == "the sensors' loops are compiled already\n"
+
+
+def test_where_compiled_loops_cannot_be_kept_it_says_why_and_what_to_do(quick_imports, monkeypatch, capsys, tmp_path):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("TICKGRAPH_CACHE", str(tmp_path / "file"))
+    assert run_doctor() == 0
+    said = capsys.readouterr().out
+    assert f"warn  compiled loops    cannot be kept: {tmp_path / 'file' / 'kernels'}: Not a directory" in said
+    assert "Set TICKGRAPH_CACHE to a folder of your own" in said
+    assert run_doctor("--warm") == 1

@@ -1,26 +1,20 @@
-"""Machine code for loops over arrays, made by Numba: one pass over a ray's numbers instead of one pass a formula.
+"""Functions that Numba compiles at their first call, and the parts that they take in.
 
-Numba compiles a function for the argument types of a call and keeps the code beside its source (`__pycache__`) or else
-in the user's cache folder: a machine compiles once, in tenths of a second a function. Floats are computed in the order
-that is written, by one thread, so the bytes are the same in every run. Other threads go on meanwhile.
-
-Numba keeps the code until the function's *file* changes; here, until a file does that holds what is inlined, or named
-tuples that the function's file names. Constants stand in these files, everything else is an argument. A loop over
-elements compiles in 0.05 to 0.1 s; `np.zeros` takes 0.2 s, an assignment to a slice 1.7 s, `transpose` with axes 2.1 s:
-they stay outside.
+Code is made again when a file changes that holds the function, what is inlined into it, or named tuples whose fields it
+reads by number.
 """
 
 from __future__ import annotations
 
-import os
 import sys
-import zlib
 from collections.abc import Callable
 from functools import cache, cached_property, update_wrapper
 from types import FunctionType
 from typing import Any, Generic, ParamSpec, TypeVar, cast, overload
 
 from graph.base.errors import UserError
+
+from .kept import Kept, numba
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -30,12 +24,12 @@ class Inlined(Generic[P, R]):
     """A part of compiled functions, which take its code into theirs. Called from Python, it runs as Python."""
 
     def __init__(self, function: Callable[P, R]) -> None:
-        self._function = cast(FunctionType, function)
+        self.python = cast(FunctionType, function)
         update_wrapper(self, function)
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
         """The function's result."""
-        return cast(R, self._function(*args, **kwargs))
+        return cast(R, self.python(*args, **kwargs))
 
     @cached_property
     def code(self) -> Callable[..., Any]:
@@ -44,32 +38,31 @@ class Inlined(Generic[P, R]):
         return self._made(forceinline=True, _nrt=False, **alone)
 
     @property
-    def _used(self) -> dict[str, Inlined[Any, Any]]:
-        """The functions of this kind that it calls."""
-        names = self._function.__globals__
+    def used(self) -> dict[str, Inlined[Any, Any]]:
+        """The inlined functions that it calls."""
+        names = self.python.__globals__
         # `co_names` has attributes too: one of them may be called as this function is.
-        found = {name: names.get(name) for name in self._function.__code__.co_names}
+        found = {name: names.get(name) for name in self.python.__code__.co_names}
         return {name: one for name, one in found.items() if isinstance(one, Inlined) and one is not self}
 
     @property
     def _files(self) -> set[str]:
         """The files that its code comes from: those of functions, and of tuples whose fields they read by number."""
-        own = {self._function.__code__.co_filename, *_tuple_files(self._function.__globals__)}
-        return own.union(*(one._files for one in self._used.values()))
+        own = {self.python.__code__.co_filename, *_tuple_files(self.python.__globals__)}
+        return own.union(*(one._files for one in self.used.values()))
 
-    def _made(self, *, cache: bool = False, **options: Any) -> Callable[..., Any]:
+    def _made(self, **options: Any) -> Any:
         try:
-            from numba import njit
+            njit = numba().njit
         except ImportError as error:
             raise UserError(f"Numba does not import ({error}). Run `graph doctor` to see what is missing") from error
-        function = self._function
-        code = {name: one.code for name, one in self._used.items()}
-        plain = FunctionType(function.__code__, {**function.__globals__, **code}, function.__name__)
+        function = self.python
+        names = {**function.__globals__, **{name: one.code for name, one in self.used.items()}}
+        # Errors of compiled code name its file: without the folder, the code is the same wherever it is made.
+        placeless = function.__code__.replace(co_filename=f"{function.__module__}.py")
+        plain = FunctionType(placeless, names, function.__name__)
         update_wrapper(plain, function)
-        others = self._files - {function.__code__.co_filename}
-        if cache and others:  # Numba keeps the code under this name
-            plain.__qualname__ += f"_{_stamp(others):x}"
-        return cast(Callable[..., Any], njit(plain, cache=cache, nogil=True, error_model="numpy", **options))
+        return njit(plain, nogil=True, error_model="numpy", **options)
 
 
 class Compiled(Inlined[P, R]):
@@ -85,21 +78,25 @@ class Compiled(Inlined[P, R]):
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
         """The function's result; the first call compiles, or loads what an earlier process compiled."""
-        try:
-            return cast(R, self.code(*args, **kwargs))
-        except OSError:  # what is kept cannot be read or written, for example because the disk is full
-            self.__dict__["code"] = self._made(_nrt=self._makes_arrays)
-            return cast(R, self.code(*args, **kwargs))
+        return cast(R, self.code(*args, **kwargs))
 
     @cached_property
-    def code(self) -> Callable[..., Any]:
+    def code(self) -> Any:
         """What Numba made of the function."""
-        try:
-            code = self._made(cache=True, _nrt=self._makes_arrays)
-        except RuntimeError:  # no folder for the code can be written
-            code = self._made(_nrt=self._makes_arrays)
+        code = self._made(_nrt=self._makes_arrays)
+        code._cache = self.kept  # in the place of Numba's own, which depends on the folder
         _tell_of_compiling()
         return code
+
+    @cached_property
+    def kept(self) -> Kept:
+        """The function's compiled forms on disk."""
+        return Kept(self.name, self._files)
+
+    @property
+    def name(self) -> str:
+        """Module and function."""
+        return f"{self.python.__module__}.{self.python.__qualname__}"
 
 
 def _tuple_files(names: dict[str, Any]) -> set[str]:
@@ -114,16 +111,10 @@ def _tuple_files(names: dict[str, Any]) -> set[str]:
     return {file for file in files if file is not None}
 
 
-def _stamp(files: set[str]) -> int:
-    """A number that changes when one of some files does."""
-    states = [(status.st_mtime_ns, status.st_size) for status in map(os.stat, sorted(files))]
-    return zlib.crc32(repr(states).encode())
-
-
 @cache
 def _tell_of_compiling() -> None:
     """From now on, says at a terminal why the first frame takes seconds, if it does."""
-    from numba.core import event
+    event = numba().core.event
 
     class Compiling(event.Listener):  # type: ignore[misc]
         def on_start(self, event: Any) -> None:

@@ -88,7 +88,6 @@ def run_with_a_loop(tmp_path, before, env, imports="", value="2 * value"):
 
 
 def test_code_is_made_again_when_a_file_of_what_is_inlined_changes(tmp_path):
-    """The files differ in length, so that they differ even within a tick of the clock."""
     before = "import sys; sys.dont_write_bytecode = True"
     part = "from sensors.compiled import inlined\n\n@inlined\ndef times(value):\n    return {} * value\n"
     said = []
@@ -99,7 +98,7 @@ def test_code_is_made_again_when_a_file_of_what_is_inlined_changes(tmp_path):
 
 
 def test_code_is_made_again_when_the_order_of_a_tuples_fields_changes(tmp_path):
-    """Compiled code reads fields by their number; the files differ in length, as above."""
+    """Compiled code reads fields by their number."""
     before = "import sys; sys.dont_write_bytecode = True"
     part = "from typing import NamedTuple\n\nclass Part(NamedTuple):\n    {}: float\n    {}: float\n{}"
     said = []
@@ -111,11 +110,63 @@ def test_code_is_made_again_when_the_order_of_a_tuples_fields_changes(tmp_path):
     assert said == ["1.0\n42\n", "1.0\n42\n"]
 
 
+def kept_in(folder):
+    return sorted(path.name.partition("-")[0] for path in (folder / "kernels").glob("*.bin"))
+
+
+def test_code_is_kept_once_for_equal_sources_in_two_folders(tmp_path):
+    """Two clones of a package: the second finds what the first compiled."""
+    said = []
+    for clone in ("one", "two"):
+        (tmp_path / clone).mkdir()
+        more = "import loop; loop.twice(1); print(len(loop.twice.kept.misses))"
+        said.append(run_with_a_loop(tmp_path / clone, more, {"TICKGRAPH_CACHE": str(tmp_path / "cache")}).stdout)
+    assert said == ["1\n42\n", "0\n42\n"]
+    assert kept_in(tmp_path / "cache") == ["loop.twice"]
+
+
+def test_code_that_comes_with_the_package_is_used_first_and_nothing_is_kept_twice(tmp_path):
+    more = "import loop; loop.twice(1); print(len(loop.twice.kept.misses))"
+    run_with_a_loop(tmp_path, more, {"TICKGRAPH_CACHE": str(tmp_path / "cache")})
+    folder = str(tmp_path / "cache" / "kernels")
+    shipped = f"from pathlib import Path\nfrom sensors.compiled import kept\nkept.SHIPPED = Path({folder!r})\n"
+    done = run_with_a_loop(tmp_path, shipped + more, {"TICKGRAPH_CACHE": str(tmp_path / "other")})
+    assert done.stdout == "0\n42\n"
+    assert kept_in(tmp_path / "other") == []
+
+
+def test_damaged_code_is_compiled_again(tmp_path):
+    env = {"TICKGRAPH_CACHE": str(tmp_path / "cache")}
+    run_with_a_loop(tmp_path, "", env)
+    (file,) = (tmp_path / "cache" / "kernels").glob("*.bin")
+    whole = file.read_bytes()
+    for damaged in (b"", whole[:100], whole[:-1] + b"?"):
+        file.write_bytes(damaged)
+        assert run_with_a_loop(tmp_path, "", env).stdout == "42\n"
+        assert file.read_bytes() == whole
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="has no such modes")
+def test_code_from_a_folder_that_others_may_write_into_is_not_run(tmp_path):
+    """It is machine code: here, a file with the right name and digest would be run."""
+    folder = tmp_path / "cache" / "kernels"
+    folder.mkdir(parents=True)
+    folder.chmod(0o777)
+    more = "import loop; loop.twice(1); print(len(loop.twice.kept.misses))"
+    done = run_with_a_loop(tmp_path, more, {"TICKGRAPH_CACHE": str(tmp_path / "cache")})
+    assert (done.returncode, done.stdout) == (0, "1\n42\n")
+    assert list(folder.iterdir()) == []
+
+
+def test_the_folder_is_the_users_alone(tmp_path):
+    run_with_a_loop(tmp_path, "", {"TICKGRAPH_CACHE": str(tmp_path / "cache")})
+    assert (tmp_path / "cache" / "kernels").stat().st_mode & 0o777 == 0o700
+
+
 def test_where_no_folder_can_be_written_it_is_compiled_all_the_same(tmp_path):
-    (tmp_path / "__pycache__").write_text("a file, where a folder is needed")
-    (tmp_path / "home").write_text("another")
+    (tmp_path / "home").write_text("a file, where a folder is needed")
     homes = {name: str(tmp_path / "home" / "x") for name in ("HOME", "XDG_CACHE_HOME", "LOCALAPPDATA")}
-    done = run_with_a_loop(tmp_path, "", homes)
+    done = run_with_a_loop(tmp_path, "", {**homes, "TICKGRAPH_CACHE": ""})
     assert (done.returncode, done.stdout, done.stderr) == (0, "42\n", "")
 
 
@@ -123,8 +174,9 @@ def test_where_no_folder_can_be_written_it_is_compiled_all_the_same(tmp_path):
 def test_where_the_code_cannot_be_kept_it_is_compiled_all_the_same(tmp_path):
     no_large_files = "import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
     no_large_files += "resource.setrlimit(resource.RLIMIT_FSIZE, (200, 200))"
-    done = run_with_a_loop(tmp_path, no_large_files, {"PYTHONDONTWRITEBYTECODE": "1"})
+    done = run_with_a_loop(tmp_path, no_large_files, {"PYTHONDONTWRITEBYTECODE": "1", "TICKGRAPH_CACHE": str(tmp_path)})
     assert (done.returncode, done.stdout, done.stderr) == (0, "42\n", "")
+    assert kept_in(tmp_path) == [] == list((tmp_path / "kernels").glob("*.part"))
 
 
 def test_without_numba_a_line_says_so(tmp_path):

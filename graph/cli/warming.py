@@ -1,0 +1,44 @@
+"""`graph doctor --warm`: compiles the sensors' loops ahead, so that no run waits for it."""
+
+from __future__ import annotations
+
+import sys
+import time
+from typing import TYPE_CHECKING
+
+from .printing import counted, say
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
+
+def run() -> int:
+    """Compiles what is missing, with a bar on a terminal; returns 0."""
+    from sensors.compiled.kept import user_folder, why_not_kept
+    from sensors.compiled.warming import warm
+
+    reason = why_not_kept()
+    if reason:
+        say(f"compiled code cannot be kept: {reason}. Set TICKGRAPH_CACHE to a folder of your own")
+        return 1
+    start = time.monotonic()
+    number = 0
+    with _bar() as bar:
+        for done, number in warm():
+            bar.update(0, completed=done, total=number)
+    if not number:
+        say("the sensors' loops are compiled already")
+    else:
+        say(f"compiled {counted(number, 'loops')} in {time.monotonic() - start:.0f} s into {user_folder()}")
+    return 0
+
+
+def _bar() -> Progress:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("compiling"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    console = Console(stderr=True)
+    bar = Progress(*columns, console=console, transient=True, disable=not sys.stderr.isatty())
+    bar.add_task("compiling", total=None)
+    return bar
