@@ -25,7 +25,7 @@ def run() -> int:
     number = 0
     with _bar() as bar:
         for done, number in warm():
-            bar.update(0, completed=done, total=number)
+            bar.update(bar.task_ids[0], completed=done, total=number)
     if not number:
         say("the sensors' loops are compiled already")
     else:

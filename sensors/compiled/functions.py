@@ -32,7 +32,7 @@ class Inlined(Generic[P, R]):
         return cast(R, self.python(*args, **kwargs))
 
     @cached_property
-    def code(self) -> Callable[..., Any]:
+    def code(self) -> Any:
         """What Numba made of the function."""
         alone = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # nothing but compiled code calls it
         return self._made(forceinline=True, _nrt=False, **alone)
@@ -116,7 +116,7 @@ def _tell_of_compiling() -> None:
     """From now on, says at a terminal why the first frame takes seconds, if it does."""
     event = numba().core.event
 
-    class Compiling(event.Listener):  # type: ignore[misc]
+    class Compiling(event.Listener):  # type: ignore[misc, name-defined]
         def on_start(self, event: Any) -> None:
             print("compiling the sensors' loops: a few seconds, once on this machine", file=sys.stderr)
             unregister("numba:compile", self)

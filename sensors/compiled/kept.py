@@ -18,7 +18,7 @@ import sys
 import tempfile
 from functools import cache
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 SHIPPED = Path(__file__).with_name("shipped")
 """Code that comes with the package, read only."""
@@ -49,7 +49,7 @@ def user_folder() -> Path:
         return Path(chosen).expanduser() / "kernels"
     from platformdirs import user_cache_path
 
-    return cast(Path, user_cache_path("tickgraph", appauthor=False)) / "kernels"
+    return user_cache_path("tickgraph", appauthor=False) / "kernels"
 
 
 def why_not_trusted(folder: Path) -> str | None:

@@ -44,7 +44,7 @@ def used() -> dict[str, list[Any]]:
                 status = main.main(["run", str(path), "--updates", UPDATES, "--json", *chosen])
             if status:
                 raise RuntimeError(f"{path} ends with status {status}")
-    found = defaultdict(list)
+    found: dict[str, list[Any]] = defaultdict(list)
     for loop in gc.get_objects():
         if isinstance(loop, Compiled) and loop.name.startswith("sensors.") and "code" in vars(loop):
             found[loop.name] += [list(map(text_of, types)) for types in loop.code.signatures]
