@@ -1,4 +1,4 @@
-"""The yard robot: a chassis on two driven wheels and two trailing casters, with a mast for its lidars."""
+"""The yard robot: a chassis on two driven wheels, two trailing casters and a skid, with a mast for its lidars."""
 
 from __future__ import annotations
 
@@ -11,8 +11,12 @@ from .mesh import Mesh, bind
 WHEEL_RADIUS, WHEEL_DISTANCE = 0.15, 0.52
 """What the drive graph has to know [m]."""
 
+MOTOR_TORQUE = 5.0
+"""Most of each motor [N m]: 2.2 m/s2 for 30 kg, so that the wheels do not slip and the robot stays level."""
 CASTER_RADIUS = 0.06
 CASTER_TRAIL = 0.04
+SKID_RADIUS, SKID_GAP = 0.06, 0.002
+"""A ball below the nose, above the ground by the gap: it bears when the robot brakes or starts backwards."""
 SWIVELS = {"Left": (-0.26, 0.17), "Right": (-0.26, -0.17)}
 
 
@@ -31,6 +35,10 @@ def build_robot(stage: Usd.Stage, root: str, looks: dict[str, str]) -> None:
     mast = cylinder(stage, f"{chassis}/Mast", 0.025, 0.5, "Z", (-0.1, 0, 0.44))
     bind(mast, looks["painted_steel"])
     _trim().define(stage, f"{chassis}/Trim", looks["painted_steel"])
+    skid = UsdGeom.Sphere.Define(stage, f"{chassis}/Skid")
+    skid.CreateRadiusAttr(SKID_RADIUS)
+    skid.AddTranslateOp().Set(Gf.Vec3d(0.22, 0, SKID_RADIUS + SKID_GAP - WHEEL_RADIUS))
+    collide(skid.GetPrim(), looks["plastic"])
 
     for side, y in (("left", WHEEL_DISTANCE / 2), ("right", -WHEEL_DISTANCE / 2)):
         wheel = rigid(stage, f"{root}/{side.title()}Wheel", (0, y, WHEEL_RADIUS), mass=2.0)
@@ -43,8 +51,8 @@ def build_robot(stage: Usd.Stage, root: str, looks: dict[str, str]) -> None:
             (0, y, 0),
             "Y",
             base=chassis,
-            damping=0.12,
-            force=25.0,
+            damping=2.0,
+            force=MOTOR_TORQUE,
         )
     for side, (x, y) in SWIVELS.items():
         _caster(stage, root, chassis, side, x, y, looks)

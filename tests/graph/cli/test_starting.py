@@ -35,7 +35,8 @@ def test_a_new_file_never_replaces_one(graph, folder):
 def test_the_new_robot_drives_as_commanded(graph, folder):
     """v = 0.5 m/s and w = 0.4 rad/s from t = 0: after 2 s the heading is 0.8 rad, on a circle of radius v/w = 1.25 m.
 
-    x = r sin 0.8 = 0.897 m, y = r (1 - cos 0.8) = 0.379 m; speeding up and wheel slip cost some centimetres.
+    x = r sin 0.8 = 0.897 m, y = r (1 - cos 0.8) = 0.379 m. Speeding up takes 0.15 s, in which the motors are at their
+    limit and the robot hardly turns: that costs 0.06 rad, and so 0.04 m of x and 0.06 m of y.
     """
     graph("new", "diffdrive", "robot.yaml")
     twist = {"linear": {"x": 0.5}, "angular": {"z": 0.4}}
@@ -51,8 +52,8 @@ def test_the_new_robot_drives_as_commanded(graph, folder):
     with open("out/run.mcap", "rb") as stream:
         last = [message.data for _, _, message in make_reader(stream).iter_messages(topics=["/odom"])][-1]
     pose = store.deserialize_cdr(last, "nav_msgs/msg/Odometry").pose.pose
-    assert (pose.position.x, pose.position.y) == pytest.approx((0.897, 0.379), abs=0.06)
-    assert 2 * np.arctan2(pose.orientation.z, pose.orientation.w) == pytest.approx(0.8, abs=0.08)
+    assert (pose.position.x, pose.position.y) == pytest.approx((0.86, 0.32), abs=0.03)
+    assert 2 * np.arctan2(pose.orientation.z, pose.orientation.w) == pytest.approx(0.74, abs=0.03)
 
 
 def test_the_list_of_sensors_has_a_line_for_every_config(graph):
