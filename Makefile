@@ -1,6 +1,7 @@
 # make run    set up what is missing, then run the main example into out/yard
 # make test   set up what is missing, then run every test, on all cores
 # make lint   ruff and mypy;  make bench   the measurements;  make clean   forget .venv and out
+# make pictures  play the graphs whose pictures README shows, and draw them (some minutes)
 # make peers  install what the measurements compare with;  make wheel  build it, with the compiled loops
 
 VENV := .venv
@@ -12,9 +13,9 @@ PINS := .ci/constraints.txt
 COMPILE := $(BIN)/python -m compileall -q graph nodes sensors
 # More options for pytest: make test PYTEST="-k lidar --cov"
 PYTEST :=
-SOURCES := graph nodes sensors tests graphs
+SOURCES := graph nodes sensors tests graphs .github/pictures
 
-.PHONY: run test lint bench peers wheel clean system-libraries
+.PHONY: run test lint bench pictures peers wheel clean system-libraries
 .DELETE_ON_ERROR:
 
 run: system-libraries $(VENV)/run.stamp
@@ -30,6 +31,9 @@ lint: $(VENV)/dev.stamp
 
 bench: system-libraries $(VENV)/dev.stamp
 	$(BIN)/python tests/benchmarks/run.py
+
+pictures: system-libraries $(VENV)/dev.stamp
+	$(BIN)/python .github/pictures
 
 # mujoco-lidar is satisfied with mujoco-core; the package mujoco that it names would replace it with an older engine.
 peers: $(VENV)/dev.stamp

@@ -76,3 +76,14 @@ def test_the_page_of_the_tests_has_a_row_for_each_trap_and_each_helper():
     assert re.findall(r"^\| (\d+) \|", page, re.MULTILINE) == re.findall(r"def test_trap_(\d+)_", tests)
     helpers = {path.stem for path in (ROOT / "tests/support").glob("[a-z]*.py")}
     assert [name for name in sorted(helpers) if f"`{name}`" not in page] == []
+
+
+def test_the_pictures_are_there_and_small():
+    """At most 300 kB each and 2 MB together; the pages show no others."""
+    images = {path.name: path.stat().st_size for path in (ROOT / ".github" / "images").iterdir()}
+    made = ("yard", "lidar", "radar", "depth-labels", "clocks", "trade", "live")
+    assert images.keys() == {f"{name}.png" for name in made}
+    assert max(images.values()) <= 300_000
+    assert sum(images.values()) <= 2_000_000
+    shown = set(re.findall(r"\.github/images/([\w.-]+)", (ROOT / "README.md").read_text(encoding="utf8")))
+    assert shown <= images.keys()
