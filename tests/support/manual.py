@@ -14,17 +14,27 @@ import re
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from typing import Any, get_args
+
+from pydantic import BaseModel
 
 from graph.base.limits import LIMITS
 from graph.cli.completion import command_line
 from graph.cli.main import COMMANDS
+from graph.files.model import GraphFile
+from graph.files.prim_schema import PRIM
+from graph.sim.fidelity import KNOBS
 from graph.stability.table import CASES, HEADINGS, outcomes
+from graph.trade.metrics import METRICS
+from graph.trade.study import word
 from tests.support.places import ROOT
 
 COMMAND = ".venv/bin/python -m tests.support.manual"
 FOLDER = ROOT / "graph" / "manual"
 SAID_ONCE = ("--help", "--debug")
 """Options of every command, which the page of commands explains at its top."""
+PLACE = {"graphs": "PATH"}
+"""The word for the keys below a key that are the user's own; else `NAME`."""
 MANY = 3
 """Commands with the same argument for which it is explained once."""
 
@@ -105,6 +115,57 @@ def spelling(action: argparse.Action) -> str:
     return f"{action.option_strings[-1]} {value}".rstrip() if action.nargs != 0 else action.option_strings[-1]
 
 
+def keys() -> str:
+    """The keys of graph files, with dots between the levels."""
+    return table(("key", "meaning"), ((f"`{key}`", text) for key, text in _keys(GraphFile, "")))
+
+
+def _keys(model: type[BaseModel], before: str) -> Iterator[tuple[str, str]]:
+    """The keys below a key (`clock.`), each with its description."""
+    for name, field in model.model_fields.items():
+        inner = next((one for one in _models(field.annotation) if one is not model), None)
+        if field.description:
+            yield f"{before}{name}", field.description
+        if inner is not None:
+            own = f"{PLACE.get(name, 'NAME')}." if field.description else ""
+            yield from _keys(inner, f"{before}{name}.{own}")
+
+
+def _models(hint: Any) -> Iterator[type[BaseModel]]:
+    """The models in a type hint, however deep."""
+    if isinstance(hint, type) and issubclass(hint, BaseModel):
+        yield hint
+    for part in get_args(hint):
+        yield from _models(part)
+
+
+def prim_keys() -> str:
+    """The keys of prims in graph files."""
+    properties: dict[str, dict[str, Any]] = PRIM["properties"]
+    return table(("key", "meaning"), ((f"`{key}`", _with_values(one)) for key, one in properties.items()))
+
+
+def _with_values(schema: dict[str, Any]) -> str:
+    """The description of a key; with its values, if they are few."""
+    values = f": {', '.join(schema['enum'])}." if "enum" in schema else "."
+    return f"{schema['description'].rstrip('.')}{values}"
+
+
+def knobs() -> str:
+    """The fidelity knobs, as `graph trade --list` has them: a paragraph each."""
+    return "\n".join(
+        f"- **`{name}`** = {knob.values}{'' if knob.default is None else f' (default {word(knob.default)})'}: "
+        f"{knob.doc}. *Cost:* {knob.cost}. *Error:* {knob.error}. *This default:* {knob.why}."
+        for name, knob in KNOBS.items()
+    )
+
+
+def metrics() -> str:
+    """The metrics of `graph trade`."""
+    rows = ((f"`{name}`", one.unit or "1", one.doc) for name, one in METRICS.items())
+    return table(("metric", "unit", "meaning"), rows)
+
+
 def limits() -> str:
     """The table of limits."""
     rows = ((f"`{name}`", f"{one.default:,} {one.unit}", one.doc) for name, one in LIMITS.items())
@@ -134,6 +195,10 @@ def blocks(measure: bool = False, slow: bool = False) -> Iterator[Block]:
     for name in COMMANDS:
         yield Block("commands", f"options of {name}", functools.partial(_options, name))
     yield Block("commands", "options of several commands", lambda _: shared_options())
+    yield Block("graph-files", "keys", lambda _: keys())
+    yield Block("world", "prim keys", lambda _: prim_keys())
+    yield Block("trade", "knobs", lambda _: knobs())
+    yield Block("trade", "metrics", lambda _: metrics())
     yield Block("robustness", "limits", lambda _: limits())
     yield Block("stability", "extremes", lambda before: extremes(before, measure, slow))
 

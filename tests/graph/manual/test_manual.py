@@ -2,6 +2,7 @@
 
 import os
 import re
+import shlex
 import subprocess
 import sys
 
@@ -9,10 +10,10 @@ import pytest
 from ruamel.yaml import YAML
 
 from graph.base.limits import LIMITS
+from graph.cli.completion import command_line
 from graph.cli.main import main
 from graph.manual import ORDER, page, pages
 from graph.sim.fidelity import KNOBS, Fidelity
-from graph.sim.scene.prim_keys import KEYS
 from graph.testing import run_graph
 from tests.support import manual
 from tests.support.places import ROOT
@@ -58,6 +59,45 @@ def test_a_part_that_is_not_up_to_date_is_found_and_written_again(tmp_path, monk
     assert capsys.readouterr().out == f"not up to date: robustness; run: {manual.COMMAND}\n"
     assert manual.main([]) == 0
     assert (tmp_path / "robustness.md").read_text(encoding="utf8") == page("robustness").text
+
+
+def command_lines(text):
+    """The commands `graph ...` in the indented blocks of a page, with lines that go on joined."""
+    indented = "\n".join(line[4:] for line in text.splitlines() if line.startswith("    "))
+    return re.findall(r"^graph .*$", indented.replace("\\\n", " "), re.MULTILINE)
+
+
+@pytest.mark.parametrize("topic", ORDER)
+def test_the_commands_of_a_page_are_ones_that_the_command_takes(topic):
+    parser = command_line()
+    for line in command_lines(page(topic).text):
+        words = [word for word in shlex.split(line, comments=True)[1:] if not word.startswith("--/")]
+        parser.parse_args(words)  # raises SystemExit for an option that does not exist
+
+
+def test_pages_begin_with_something_to_type():
+    """Within the first screen."""
+    lines = {topic: page(topic).text.splitlines()[:12] for topic in ORDER}
+    assert [topic for topic, top in lines.items() if not any(line.startswith(("    ", "```")) for line in top)] == []
+
+
+LONGEST_CELL = 25
+GENERATED = re.compile(r"<!-- ([\w ]+) -->\n.*?<!-- end \1 -->\n", re.DOTALL)
+
+
+@pytest.mark.parametrize("topic", ORDER)
+def test_the_cells_of_tables_are_short(topic):
+    """What needs more words stands in a paragraph below the table."""
+    rows = re.findall(r"^\|.*\|$", GENERATED.sub("", page(topic).text), re.MULTILINE)
+    long = [cell for row in rows for cell in manual.cells_of(row) if len(cell.split()) > LONGEST_CELL]
+    assert long == []
+    assert max((len(manual.cells_of(row)) for row in rows), default=0) <= 5
+
+
+@pytest.mark.parametrize("block", [block for block in blocks("yaml") if re.match("scene:|clock:|fidelity:", block)])
+def test_a_part_of_a_graph_file_checks(tmp_path, block):
+    (tmp_path / "part.yaml").write_text(f"tickgraph: 1\n{block}")
+    assert main(["check", str(tmp_path / "part.yaml")]) == 0
 
 
 @pytest.mark.parametrize("block", PYTHON, ids=[block.splitlines()[0] for block in PYTHON])
@@ -125,12 +165,6 @@ def test_the_node_with_memory_passes_on_every_third_trigger_and_refuses_a_count_
         + "    expect: {error: {message: give it 1 or more, exit: 1, update: 0}}\n"
     )
     assert main(["test", str(tmp_path / "nth.test.yaml"), "--nodes", str(file)]) == 0
-
-
-def test_every_key_of_a_prim_has_its_place():
-    world = page("world").text
-    table = world[world.index("| keys of a prim in a graph file |") :].split("\n\n")[0]
-    assert set(re.findall(r"`(\w+)`", table)) >= set(KEYS)
 
 
 KNOB = re.compile(r"(?<![\w./])((?:physics|lidar|radar|camera|mesh)\.[a-z_]+|(?:fabric|tlas)(?==))(?:=([^\s,]+))?")
