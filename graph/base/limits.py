@@ -65,6 +65,8 @@ LIMITS: dict[str, Limit] = {
     "mesh.corners": Limit(50_000, "corners", "a face of a mesh"),
     "usd.entries": Limit(50_000_000, "entries", "a table of a binary layer: paths, fields, texts"),
     "recording.record": Limit(64 * MIB, "bytes", "a record or an unpacked chunk of an MCAP recording that is played"),
+    "recording.unpacked": Limit(2048 * MIB, "bytes", "what a recording unpacks to, beyond 255 times its size"),
+    "recording.messages": Limit(1_000_000, "messages", "the records of a recording, beyond one for each of its bytes"),
     "recording.waiting": Limit(1024 * MIB, "bytes", "unpacked chunks of a played recording that overlap in time"),
     "recording.parts": Limit(5_000_000, "parts", "texts and messages in the lists of one played message"),
     "recording.definitions": Limit(2 * MIB, "bytes", "definitions of unknown types in a played recording"),

@@ -37,3 +37,10 @@ def _shortened(text: str, longest: int, end: int, gap: str) -> str:
     if len(text) <= longest:
         return text
     return f"{text[: longest - end - len(gap)]}{gap}{text[-end:]}"
+
+
+def printable(text: str) -> str:
+    """Text on one line: line breaks become spaces, other control characters are shown as escapes."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else " " if c in "\n\t" else f"\\u{ord(c):04x}" for c in text)

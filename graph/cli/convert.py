@@ -6,11 +6,13 @@ import argparse
 import os
 import shlex
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from graph.base.errors import UserError
+from graph.base.inputs import start_of
+from graph.base.outputs import write
 from graph.base.shorten import listed
 from graph.spec.file_spec import GraphSpec, Note
 
@@ -133,23 +135,18 @@ def _write_usd(target: Path, layer: Any) -> None:
     if target.suffix.lower() == ".usda":
         _write(target, layer.ExportToString().encode())
         return
-    _replace(target, lambda made: layer.Export(str(made)))
+    with tempfile.TemporaryDirectory() as folder:
+        made = Path(folder) / f"layer{target.suffix}"
+        try:
+            layer.Export(str(made))
+        except Exception as error:  # the text in which USD writes it
+            reason = " ".join(str(error).split())[-120:]
+            raise UserError(f"{target} cannot be written: {reason}") from None
+        _write(target, start_of(made, made.stat().st_size))
 
 
 def _write(target: Path, data: bytes) -> None:
-    _replace(target, lambda made: made.write_bytes(data))
-
-
-def _replace(target: Path, write: Callable[[Path], object]) -> None:
-    """Writes a file completely or not at all, and leaves no other file in its folder."""
     try:
-        with tempfile.TemporaryDirectory(dir=target.absolute().parent, prefix=".convert-") as temporary:
-            made = Path(temporary) / target.name
-            write(made)
-            made.chmod(0o644)
-            os.replace(made, target)
+        write(target, data)
     except OSError as error:
         raise UserError(f"{target} cannot be written: {error.strerror}") from None
-    except Exception as error:  # the text in which USD writes it
-        reason = " ".join(str(error).split())[-120:]
-        raise UserError(f"{target} cannot be written: {reason}") from None

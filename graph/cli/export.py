@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from graph.base.errors import RunError
+from graph.base.outputs import make_output
 
 from .arguments import check_folder
 from .printing import say, tell
@@ -43,12 +44,14 @@ def run(args: argparse.Namespace) -> int:
     from graph.sim.messages.run_reader import open_run
 
     check_folder(args.out)
+    source: Path = args.run if args.run.is_dir() else args.run.parent
     with open_run(args.run, whole=False) as recording:
         for note in recording.notes:
             tell(note)
         try:
             with reading(recording):
-                lines = export(recording, args.format, args.out, args.topic, world=args.world)
+                out = make_output(args.out, source)
+                lines = export(recording, args.format, out, args.topic, world=args.world)
         except OSError as error:
             raise RunError(f"{error.filename or args.out}: {error.strerror or error}") from error
     for line in lines:

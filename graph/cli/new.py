@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import os
 from importlib import resources
 from pathlib import Path
 
 from graph.base.errors import UserError
+from graph.base.outputs import write
 
 from .printing import say
 
@@ -30,11 +32,10 @@ def run(args: argparse.Namespace) -> int:
     path = Path(args.file)
     if path.suffix not in (".yaml", ".yml"):
         raise UserError(f"{path}: the file is YAML; give it the ending .yaml")
+    if os.path.lexists(path):
+        raise UserError(f"{path} exists; give another name, or remove it first")
     try:
-        with path.open("x", encoding="utf-8") as out:
-            out.write(text(args.kind, path.as_posix()))
-    except FileExistsError:
-        raise UserError(f"{path} exists; give another name, or remove it first") from None
+        write(path, text(args.kind, path.as_posix()))
     except FileNotFoundError:
         raise UserError(f"{path}: its folder {path.parent} does not exist; make it first") from None
     say(f"wrote {path}; next: graph run {path} --out out/{path.stem}")

@@ -14,6 +14,7 @@ from typing import Any
 
 from graph.base.errors import RunError, UserError
 from graph.base.exact import nanoseconds
+from graph.base.outputs import check_no_link, make_folder, remove, rename
 from graph.sim.messages.recorder import Recorder
 from graph.spec.file_spec import RecordSpec
 
@@ -73,16 +74,17 @@ class Output:
         try:
             files += self.sink.earlier_parts()
             for file in files:
+                check_no_link(file)
                 if file.is_dir():
                     raise UserError(f"--out {folder}: {file} is a folder; move it or name another folder")
                 if file.exists() and any(file.samefile(one) for one in read):
                     raise UserError(
                         f"--out {folder}: this run reads {file} and would write over it; name another folder"
                     )
-            files[0].parent.mkdir(parents=True, exist_ok=True)
+            make_folder(folder, *self.sink.path.relative_to(folder).parent.parts)
             for file in files:
-                if file.is_file():  # not a device; for a link, its target
-                    self._move_aside(file.resolve())
+                if file.is_file():  # not a device
+                    self._move_aside(file)
         except OSError as error:
             raise UserError(f"--out {folder}: {error.strerror}; name a folder that can be written") from None
 
@@ -113,22 +115,22 @@ class Output:
 
     def _move_aside(self, file: Path) -> None:
         aside = file.with_name(f"{file.stem}.previous{file.suffix}")
-        os.replace(file, aside)
+        rename(file, aside)
         self._earlier[file] = aside
 
     def _bring_back(self) -> None:
         for file, aside in self._earlier.items():
             with suppress(OSError):
-                os.replace(aside, file)
+                rename(aside, file)
 
     def _drop_earlier(self) -> None:
         for aside in self._earlier.values():
             with suppress(OSError):
-                aside.unlink()
+                remove(aside)
 
     def _write(self, report: Mapping[str, Any]) -> None:
         """Writes the report; on a full disk the recording gives up its last chunks to make space."""
-        self.folder.mkdir(parents=True, exist_ok=True)
+        make_folder(self.folder)
         while True:
             try:
                 return write_report(report, self.folder)

@@ -1,7 +1,7 @@
 """The one module that prints: plain, stable lines, in which no text from a file can control the terminal.
 
 Names, values and messages come from files. A terminal would obey a control character in one (ESC ]0;...), so every line
-goes through `safe_line` or `printable` here; no other module of the commands prints.
+goes through `safe_line` or `printable`; no other module of the commands prints.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 from graph.base.errors import Problem
-from graph.base.shorten import brief
+from graph.base.shorten import brief, printable
 
 
 def problem_line(problem: Problem) -> str:
@@ -45,13 +45,6 @@ def tell(line: str) -> None:
 def safe_line(text: str) -> str:
     """Text without surrounding space, made printable."""
     return printable(text.strip())
-
-
-def printable(text: str) -> str:
-    """Text on one line: line breaks become spaces, other control characters are shown as escapes."""
-    if text.isprintable():
-        return text
-    return "".join(c if c.isprintable() else " " if c in "\n\t" else f"\\u{ord(c):04x}" for c in text)
 
 
 def aligned(rows: Iterable[Sequence[str]]) -> Iterator[str]:

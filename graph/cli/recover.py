@@ -6,11 +6,14 @@ Of a recording in parts only the last can be unfinished; a folder is mended part
 from __future__ import annotations
 
 import argparse
+import os
 import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from graph.base.errors import Problem, RunError, UserError
+from graph.base.inputs import opened
+from graph.base.outputs import make_output, remove, replacing
 
 from .output_folder import locked
 from .printing import say
@@ -46,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
     with locked(folder, "let the run end, or stop it, first"):
         if len(files) > 1 and not files[-1].stat().st_size:
             empty = files.pop()
-            empty.unlink()
+            remove(empty)
             say(f"{empty}: the run was killed when it began this part; the empty file is removed")
         for one in files:
             try:
@@ -67,7 +70,7 @@ def _mend(file: Path, out: Path | None) -> None:
         left = finish(target)
     except UserError:
         if out:
-            target.unlink()
+            remove(target)
         raise
     except OSError as error:
         raise RunError(f"{target}: {error.strerror or error}; its whole chunks are kept, try again") from error
@@ -76,12 +79,13 @@ def _mend(file: Path, out: Path | None) -> None:
 
 def _copied(file: Path, target: Path) -> Path:
     """The copy to repair."""
-    if target.exists():
+    if os.path.lexists(target):
         raise UserError(f"{target} exists; name a file that does not")
+    make_output(target.parent, file.parent)
     try:
-        shutil.copyfile(file, target)
+        with opened(file) as stream, replacing(target) as copy:
+            shutil.copyfileobj(stream, copy, 2**20)
     except OSError as error:
-        target.unlink(missing_ok=True)
         raise UserError(f"{target}: {error.strerror}; name a file that can be written") from None
     return target
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 import re
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import RunError
 from graph.base.exact import shortest
+from graph.base.outputs import write
 from graph.sim.timing.wall_clock import RealClock
 
 from .printing import counted, safe_line
@@ -76,10 +76,8 @@ def build_report(
 def write_report(report: Mapping[str, Any], out: Path) -> None:
     """Writes `report.json` into the folder `out`. Raises RunError if that fails, and leaves no part of the file."""
     try:
-        (out / REPORT).write_text(to_json(report) + "\n", encoding="utf-8", errors="backslashreplace")
+        write(out / REPORT, to_json(report) + "\n")
     except OSError as error:
-        with suppress(OSError):
-            (out / REPORT).unlink()
         raise RunError(f"{out / REPORT} cannot be written: {error.strerror}") from error
 
 

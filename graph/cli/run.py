@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import hashlib
 import json
 import logging
 import math
@@ -12,6 +11,7 @@ import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from fractions import Fraction
+from io import TextIOWrapper
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,7 +19,9 @@ from typing import TYPE_CHECKING, Any
 from graph.base.errors import RunError, UserError
 from graph.base.exact import duration as exact_duration
 from graph.base.exact import rate, shortest
+from graph.base.inputs import digest
 from graph.base.limits import check
+from graph.base.outputs import created, make_folder
 
 from .arguments import (
     add_allow,
@@ -265,7 +267,7 @@ def _output(args: argparse.Namespace, session: Session, played: list[Path], held
     from .output_folder import Output, locked
 
     try:
-        args.out.mkdir(parents=True, exist_ok=True)
+        make_folder(args.out)
     except OSError as error:
         raise UserError(f"--out {args.out}: {error.strerror}; name a folder that can be written") from None
     held.enter_context(locked(args.out, "name another folder, or let that run end"))
@@ -320,7 +322,7 @@ def _provenance(args: argparse.Namespace, app: App) -> dict[str, str]:
     options = {"fidelity": args.fidelity, "set": args.set, "nodes": [file.name for file in args.node_files]}
     said = {
         "file": args.file.name,
-        "sha256": hashlib.sha256(args.file.read_bytes()).hexdigest(),
+        "sha256": digest(args.file),
         "seed": str(args.seed),
         "version": version(),
         "loop_hz": shortest(app.loop_rate),
@@ -333,8 +335,8 @@ def _trace(session: Session, path: Path, cleanup: ExitStack) -> None:
     from graph.session.tracing import Tracer
 
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        stream = path.open("w", encoding="utf-8")
+        make_folder(path.parent)
+        stream = TextIOWrapper(created(path), encoding="utf-8")
     except OSError as error:
         raise UserError(f"--trace {path}: {error.strerror}; name a file that can be written") from None
     cleanup.callback(Tracer(session.app, session.runner.graphs.values(), stream).close)

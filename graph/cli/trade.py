@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from graph.base.errors import Problem, RunError, UserError
 from graph.base.exact import duration as exact_duration
+from graph.base.outputs import make_folder, write
+from graph.base.shorten import printable
 
 from .arguments import (
     add_allow,
@@ -26,7 +28,7 @@ from .arguments import (
     overrides_of,
 )
 from .interrupts import between_updates
-from .printing import print_table, printable, say, say_json, tell
+from .printing import print_table, say, say_json, tell
 from .run import EXIT_INTERRUPTED
 
 if TYPE_CHECKING:
@@ -285,9 +287,9 @@ def _write(outcome: Outcome, folder: Path) -> list[Path]:
         "trade.html": page(outcome).encode(),
     }
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
         for name, content in contents.items():
-            (folder / name).write_bytes(content)
+            write(folder / name, content)
     except OSError as error:
         raise RunError(f"--out {folder}: {error.strerror}; the figures are above") from error
     return [folder / name for name in contents]

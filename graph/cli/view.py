@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from graph.base.errors import RunError, UserError
+from graph.base.outputs import check_no_link, make_output
 
 from .arguments import check_folder
 from .info import measure, said_of
@@ -40,22 +41,24 @@ def run(args: argparse.Namespace) -> int:
     """Runs the command."""
     from graph.export.exporting import named_topics
     from graph.sim.messages.run_reader import open_run
-    from graph.view.writing import write_view
+    from graph.view.writing import PAGE, write_view
 
     if not 6 <= args.size <= MOST_MB:
         raise UserError(f"--size {args.size:g}: the page needs 6 to {MOST_MB:g} MB")
-    if args.out:
-        check_folder(args.out)
-    out: Path = args.out or (args.run if args.run.is_dir() else args.run.parent) / FOLDER
+    source: Path = args.run if args.run.is_dir() else args.run.parent
+    out = args.out or source / FOLDER
+    check_folder(out)
     with open_run(args.run, whole=False) as recording, reading(recording):
         topics = named_topics(recording, args.topic)
         found = measure(recording)
         sizes = {name: found[name].size / max(1, found[name].messages) for name in topics}
         said = {name: said_of(recording, name, one) for name, one in found.items()}
-        source = f" of {recording.provenance['file']}" if "file" in recording.provenance else ""
-        summary = f"A recording{source}: {sum(one.messages for one in found.values()):,} messages"
+        recorded = f" of {recording.provenance['file']}" if "file" in recording.provenance else ""
+        summary = f"A recording{recorded}: {sum(one.messages for one in found.values()):,} messages"
         try:
-            written, problems = write_view(recording, sizes, said, summary, out, args.size)
+            made = make_output(out, source)
+            check_no_link(made / PAGE)
+            written, problems = write_view(recording, sizes, said, summary, made, args.size)
         except OSError as error:
             raise RunError(f"{error.filename or out}: {error.strerror or error}") from error
         for line in (*recording.notes, *problems):

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import RunError, UserError
+from graph.base.outputs import make_folder, replacing, replacing_text
 
 from . import clouds, images, kitti, nuscenes, point_files, poses, tables
 from .file_names import file_names
@@ -35,7 +36,6 @@ def export(run: RunReader, form: str, out: Path, patterns: Sequence[str] = (), *
     if form == "las":
         point_files.load_laspy()
     transforms = poses.read_transforms(run.read(_of_type(run, poses.TRANSFORMS)))
-    out.mkdir(parents=True, exist_ok=True)
     if form in (kitti.NAME, nuscenes.NAME):
         write = kitti.write_kitti if form == kitti.NAME else nuscenes.write_nuscenes
         return write(run, topics, transforms, read_labels(run), out)
@@ -97,8 +97,8 @@ def _write_scans(
     with ExitStack() as held:
         indexes: dict[str, Any] = {}
         for topic, folder in folders.items():
-            folder.mkdir(parents=True, exist_ok=True)
-            file = held.enter_context((folder / "scans.csv").open("w", newline="", encoding="utf-8"))
+            make_folder(folder.parent, folder.name)
+            file = held.enter_context(replacing_text(folder / "scans.csv"))
             indexes[topic] = csv.writer(file)
             indexes[topic].writerow(INDEX)
         counts = Counter[str]()
@@ -127,8 +127,8 @@ def _write_images(run: RunReader, form: str, folders: Mapping[str, Path]) -> lis
     with ExitStack() as held:
         indexes: dict[str, Any] = {}
         for topic, folder in folders.items():
-            folder.mkdir(parents=True, exist_ok=True)
-            file = held.enter_context((folder / "images.csv").open("w", newline="", encoding="utf-8"))
+            make_folder(folder.parent, folder.name)
+            file = held.enter_context(replacing_text(folder / "images.csv"))
             indexes[topic] = csv.writer(file)
             indexes[topic].writerow(["file", "stamp_ns", "frame_id"])
         for entry in run.read([*folders]):
@@ -140,7 +140,9 @@ def _write_images(run: RunReader, form: str, folders: Mapping[str, Path]) -> lis
                 if form == "png":
                     images.write_png(path, message)
                 else:
-                    np.savez_compressed(path, image=images.pixels(message), stamp_ns=np.int64(stamp))
+                    image = images.pixels(message)
+                    with replacing(path) as stream:
+                        np.savez_compressed(stream, image=image, stamp_ns=np.int64(stamp))
             except ValueError as error:
                 failed.setdefault(entry.topic, str(error))
                 continue

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from graph.base.outputs import replacing
+
 IMAGE = "sensor_msgs/msg/Image"
 _LAYOUTS = {
     "rgb8": ("u1", 3), "bgr8": ("u1", 3), "rgba8": ("u1", 4), "bgra8": ("u1", 4), "mono8": ("u1", 1), "8UC1": ("u1", 1),
@@ -55,4 +57,5 @@ def write_png(path: Path, message: Any) -> None:
         if found.size and (found.min() < 0 or found.max() > 65535):
             raise ValueError("its numbers go beyond 65,535, which a PNG cannot hold; use --format npz")
         found = found.astype(np.uint16)
-    Image.fromarray(found).save(path, compress_level=4)
+    with replacing(path) as stream:
+        Image.fromarray(found).save(stream, "PNG", compress_level=4)

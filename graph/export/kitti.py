@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graph.base.exact import NANOSECONDS
+from graph.base.outputs import make_folder, write
 from graph.sim.transforms import Floats, inverse_rigid
 
 from .clouds import intensity, xyz
@@ -34,8 +35,8 @@ TO_CAMERA = np.array([[0.0, -1, 0, 0], [0, 0, -1, 0], [1, 0, 0, 0], [0, 0, 0, 1]
 def write_kitti(run: RunReader, topics: list[str], transforms: TransformLog, labels: Labels, out: Path) -> list[str]:
     """Writes the layout; returns lines for the user. Raises UserError unless there is one cloud."""
     topic = one_cloud(run, topics, NAME)
-    sequence = out / "sequences" / "00"
-    (sequence / "velodyne").mkdir(parents=True, exist_ok=True)
+    sequence = make_folder(out, "sequences", "00")
+    velodyne = make_folder(sequence, "velodyne")
     times, poses, numbers = [], [], dict[int, int]()
     first_ns: int | None = None
     to_camera: Floats | None = None
@@ -48,29 +49,28 @@ def write_kitti(run: RunReader, topics: list[str], transforms: TransformLog, lab
             to_camera = _to_camera(scan, info, transforms)
         name = f"{scan.index:06d}"
         points = np.column_stack([xyz(scan.points).astype("<f4"), intensity(scan.points)]).astype("<f4")
-        (sequence / "velodyne" / f"{name}.bin").write_bytes(points.tobytes())
-        labelled |= _write_labels(sequence / "labels" / f"{name}.label", scan, numbers)
+        write(velodyne / f"{name}.bin", points.tobytes())
+        labelled |= _write_labels(sequence, f"{name}.label", scan, numbers)
         times.append((scan.stamp_ns - first_ns) / NANOSECONDS)
         poses.append(scan.pose)
-    (sequence / "times.txt").write_text("".join(f"{at:.9e}\n" for at in times))
+    write(sequence / "times.txt", "".join(f"{at:.9e}\n" for at in times))
     camera_from_lidar = TO_CAMERA if to_camera is None else to_camera
     projection = [*map(float, info.p)] if info is not None else [1.0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]
     lines = [
         *(f"P{number}: {_numbers(projection)}" for number in range(4)),
         f"Tr: {_numbers(camera_from_lidar[:3].ravel())}",
     ]
-    (sequence / "calib.txt").write_text("\n".join(lines) + "\n")
+    write(sequence / "calib.txt", "\n".join(lines) + "\n")
     if labelled:
         _write_names(sequence / "labels.json", labels, topic, numbers)
     wrote = f"wrote {topic} into {out} ({NAME})"
     if any(pose is None for pose in poses):
         return [f"{topic}: the recording has no transforms of its frame, so there is no poses/00.txt", wrote]
-    (out / "poses").mkdir(exist_ok=True)
     placed = [pose for pose in poses if pose is not None]
     start = inverse_rigid(placed[0]) if placed else np.eye(4)
     back = inverse_rigid(camera_from_lidar)
     rows = [_numbers((camera_from_lidar @ start @ pose @ back)[:3].ravel()) for pose in placed]
-    (out / "poses" / "00.txt").write_text("".join(f"{row}\n" for row in rows))
+    write(make_folder(out, "poses") / "00.txt", "".join(f"{row}\n" for row in rows))
     return [wrote]
 
 
@@ -84,16 +84,15 @@ def _to_camera(scan: Scan, info: Any, transforms: TransformLog) -> Floats:
     return TO_CAMERA
 
 
-def _write_labels(path: Path, scan: Scan, numbers: dict[int, int]) -> bool:
+def _write_labels(sequence: Path, name: str, scan: Scan, numbers: dict[int, int]) -> bool:
     classes, ids = class_ids(scan.points), object_ids(scan.points)
     if classes is None and ids is None:
         return False
-    path.parent.mkdir(exist_ok=True)
     values = np.zeros(len(scan.points), np.uint32) if classes is None else np.minimum(classes, 0xFFFF)
     if ids is not None:
         known = np.array([numbers.setdefault(one, len(numbers) + 1) for one in ids], np.uint32)
         values = values | (np.minimum(known, 0xFFFF) << np.uint32(16))
-    path.write_bytes(values.astype("<u4").tobytes())
+    write(make_folder(sequence, "labels") / name, values.astype("<u4").tobytes())
     return True
 
 
@@ -101,7 +100,7 @@ def _write_names(path: Path, labels: Labels, topic: str, numbers: dict[int, int]
     """What the two halves of a label mean."""
     objects = {str(number): labels.objects.get(one, str(one)) for one, number in numbers.items()}
     classes = {str(number): name for number, name in sorted(labels.classes.get(topic, {}).items())}
-    path.write_text(json.dumps({"classes": classes, "objects": objects}, indent=1) + "\n")
+    write(path, json.dumps({"classes": classes, "objects": objects}, indent=1) + "\n")
 
 
 def _numbers(values: Any) -> str:

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graph.base.errors import RunError, UserError
+from graph.base.outputs import make_folder, write
 from graph.sim.transforms import Floats, quaternion
 
 from .clouds import intensity, xyz
@@ -108,10 +109,9 @@ class _Tables:
         return pose
 
     def write(self, folder: Path) -> None:
-        folder.mkdir(parents=True, exist_ok=True)
         for name, rows in self.rows.items():
             if rows or name != "lidarseg":
-                (folder / f"{name}.json").write_text(json.dumps(rows, indent=1) + "\n")
+                write(folder / f"{name}.json", json.dumps(rows, indent=1) + "\n")
 
 
 def write_nuscenes(run: RunReader, topics: list[str], transforms: TransformLog, labels: Labels, out: Path) -> list[str]:
@@ -121,24 +121,25 @@ def write_nuscenes(run: RunReader, topics: list[str], transforms: TransformLog, 
     """
     topic = one_cloud(run, topics, NAME)
     tables = _Tables(transforms, run.name)
-    (out / "samples" / LIDAR).mkdir(parents=True, exist_ok=True)
+    samples = make_folder(out, "samples", LIDAR)
     stamps: list[int] = []
     classes = labels.classes.get(topic, {})
     for scan in scans(run, [topic], transforms):
         if not stamps:
             tables.add_sensor(LIDAR, scan.frame_id, scan.stamp_ns, [])
         sample = token("sample", scan.index)
-        file = f"samples/{LIDAR}/{scan.index:06d}.pcd.bin"
+        name = f"{scan.index:06d}.pcd.bin"
+        file = f"samples/{LIDAR}/{name}"
         names = scan.points.dtype.names or ()
         ring = scan.points["ring"] if "ring" in names else np.zeros(len(scan.points))
         points = np.column_stack([xyz(scan.points), intensity(scan.points), ring]).astype("<f4")
-        (out / file).write_bytes(points.tobytes())
+        write(samples / name, points.tobytes())
         row = tables.add_data(LIDAR, scan.frame_id, scan.stamp_ns, sample, file, (0, 0))
         numbers = class_ids(scan.points)
         if numbers is not None and (not len(numbers) or numbers.max() < 256):
             path = f"lidarseg/{VERSION}/{row['token']}_lidarseg.bin"
-            (out / path).parent.mkdir(parents=True, exist_ok=True)
-            (out / path).write_bytes(numbers.astype(np.uint8).tobytes())
+            made = make_folder(out, "lidarseg", VERSION)
+            write(made / Path(path).name, numbers.astype(np.uint8).tobytes())
             tables.rows["lidarseg"].append({"token": row["token"], "sample_data_token": row["token"], "filename": path})
         stamps.append(scan.stamp_ns)
     if not stamps:
@@ -149,7 +150,7 @@ def write_nuscenes(run: RunReader, topics: list[str], transforms: TransformLog, 
         {"token": token("category", number), "name": _class_name(name), "description": "", "index": number}
         for number, name in sorted(classes.items())
     )
-    tables.write(out / VERSION)
+    tables.write(make_folder(out, VERSION))
     return [*notes, f"wrote {', '.join([topic, *shown])} into {out} ({NAME})"]
 
 
@@ -201,12 +202,12 @@ def _add_cameras(
             continue
         channel = f"CAM_{len(shown)}" if shown else "CAM_FRONT"
         shown.append(topic)
-        (out / "samples" / channel).mkdir(parents=True, exist_ok=True)
+        samples = make_folder(out, "samples", channel)
         for count, (sample, stamp, message) in enumerate(_nearest(run, topic, stamps)):
             if not count:
                 tables.add_sensor(channel, frame, stamp, matrices[frame])
             file = f"samples/{channel}/{sample:06d}.png"
-            write_png(out / file, message)
+            write_png(samples / f"{sample:06d}.png", message)
             tables.add_data(channel, frame, stamp, token("sample", sample), file, (message.height, message.width))
     return shown, notes
 

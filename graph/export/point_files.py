@@ -14,6 +14,7 @@ import numpy as np
 
 from graph.base.errors import UserError
 from graph.base.exact import NANOSECONDS
+from graph.base.outputs import replacing, replacing_text, write
 from graph.sim.transforms import quaternion
 
 from .clouds import Points
@@ -41,14 +42,14 @@ def write_pcd(path: Path, scan: Scan, points: Points) -> None:
     x, y, z, qx, qy, qz, qw = place
     header = (
         "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\n"
-        f"FIELDS {' '.join(name for name, _ in columns)}\n"
+        f"FIELDS {' '.join(_word(name) for name, _ in columns)}\n"
         f"SIZE {' '.join(form[1:] for _, form in columns)}\n"
         f"TYPE {' '.join(form[0].upper() for _, form in columns)}\n"
         f"COUNT {' '.join('1' for _ in columns)}\n"
         f"WIDTH {len(points)}\nHEIGHT 1\nVIEWPOINT {' '.join(map(repr, (x, y, z, qw, qx, qy, qz)))}\n"
         f"POINTS {len(points)}\nDATA binary\n"
     )
-    path.write_bytes(header.encode("ascii", "replace") + points.tobytes())
+    write(path, header.encode("ascii", "replace") + points.tobytes())
 
 
 def write_ply(path: Path, scan: Scan, points: Points) -> None:
@@ -59,7 +60,7 @@ def write_ply(path: Path, scan: Scan, points: Points) -> None:
         lines.append(f"comment pose x y z qx qy qz qw {' '.join(map(repr, pose_numbers(scan.pose)))}")
     lines.append(f"element vertex {len(points)}")
     lines += (f"property {_PLY_TYPES[form]} {_word(name)}" for name, form in _columns(points))
-    path.write_bytes("\n".join([*lines, "end_header", ""]).encode("ascii", "replace") + points.tobytes())
+    write(path, "\n".join([*lines, "end_header", ""]).encode("ascii", "replace") + points.tobytes())
 
 
 def write_las(path: Path, scan: Scan, points: Points) -> None:
@@ -100,7 +101,8 @@ def write_las(path: Path, scan: Scan, points: Points) -> None:
         las.classification = points["class_id"].astype(np.uint8)
     if "intensity" in named and len(points):  # 0 to 1 as 0 to 65535
         las["intensity"] = np.round(np.clip(points["intensity"], 0, 1) * 65535).astype(np.uint16)
-    las.write(str(path))
+    with replacing(path) as stream:
+        las.write(stream)
 
 
 def load_laspy() -> Any:
@@ -127,7 +129,8 @@ def write_npz(path: Path, scan: Scan, points: Points) -> None:
     if scan.point_poses is not None:
         turns = to_xyzw(quaternions(scan.point_poses[:, :3, :3]))
         arrays["pose_at"] = np.concatenate([scan.point_poses[:, :3, 3], turns], axis=1)
-    np.savez_compressed(path, **arrays)
+    with replacing(path) as stream:
+        np.savez_compressed(stream, **arrays)
 
 
 def write_csv(path: Path, scan: Scan, points: Points) -> None:
@@ -140,7 +143,7 @@ def write_csv(path: Path, scan: Scan, points: Points) -> None:
     if (world := scan.in_world()) is not None:
         columns += [*world.T]
         names += ["world_x", "world_y", "world_z"]
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with replacing_text(path) as file:
         writer = csv.writer(file)
         writer.writerow(names)
         writer.writerows(zip(*(column.tolist() for column in columns), strict=True))

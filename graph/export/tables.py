@@ -8,6 +8,8 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from graph.base.outputs import replacing_text
+
 from .poses import TRANSFORMS
 
 if TYPE_CHECKING:
@@ -28,7 +30,7 @@ def write_tables(run: RunReader, files: Mapping[str, Path]) -> None:
     with ExitStack() as held:
         writers: dict[str, Any] = {}
         for topic, path in files.items():
-            writers[topic] = csv.writer(held.enter_context(path.open("w", newline="", encoding="utf-8")))
+            writers[topic] = csv.writer(held.enter_context(replacing_text(path)))
             type_name = run.recorded[topic].type_name
             names = _TRANSFORM if type_name == TRANSFORMS else [leaf.name for leaf in leaves(type_name)]
             writers[topic].writerow(["log_ns", "stamp_ns", *names])

@@ -17,6 +17,7 @@ from typing import Any
 
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.exact import duration
+from graph.base.inputs import start_of
 from graph.base.limits import most
 
 from . import json_text
@@ -50,8 +51,7 @@ def load_played(path: str | Path) -> list[Played]:
     """Reads a file of messages, in file order. Raises UserError with every problem found."""
     name = str(path)
     try:
-        with Path(path).open("rb") as file:
-            data = file.read(most("file.json") + 1)
+        data = start_of(path, most("file.json") + 1)
     except OSError as error:
         raise UserError(f"{name}: {error.strerror}; name a file of messages that can be read") from None
     problems: list[Problem] = []

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from graph.base import limits
 from graph.base.errors import Mark, Problem, UserError
+from graph.base.inputs import start_of
 from graph.base.suggest import did_you_mean
 
 DEPTH_LIMIT = 100
@@ -72,8 +73,7 @@ def read(path: Path, name: str) -> Source:
             raise UserError(f"{name}: {_no_graph_file(path)}")
         if not path.is_file():
             raise UserError(f"{name} is not a regular file; a graph file is text on disk")
-        with path.open("rb") as stream:
-            data = stream.read(limits.most(f"file.{kind}") + 1)
+        data = start_of(path, limits.most(f"file.{kind}") + 1)
     except OSError as error:
         raise UserError(f"{name} cannot be read: {error.strerror or error}") from error
     return decode(data, name, kind)

@@ -6,10 +6,12 @@ import logging
 from collections.abc import Callable, Iterator
 from importlib import import_module, resources
 from importlib.resources.abc import Traversable
+from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
 from graph.base.errors import UserError
+from graph.base.inputs import start_of
 from graph.node.database import Database, NodeError
 from graph.node.declaration import Compute, NodeType
 from graph.node.registry import Registry
@@ -54,7 +56,7 @@ def _ogn_files(folder: Traversable, package: str) -> Iterator[tuple[str, str, Tr
 
 
 def _text(file: Traversable, name: str) -> str:
-    data = file.read_bytes()
+    data = start_of(file, MAX_BYTES + 1) if isinstance(file, Path) else file.read_bytes()
     if len(data) > MAX_BYTES:
         raise UserError(f"{name}: larger than {MAX_BYTES} bytes; that is not a declaration")
     try:

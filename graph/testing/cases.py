@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from graph.base.errors import Mark, Problem, UserError
+from graph.base.inputs import start_of
 from graph.base.limits import most
 from graph.files import messages as file_messages
 from graph.files import model as file_model
@@ -75,8 +76,7 @@ def read_cases(path: str | Path, allow: Iterable[str | Path] = ()) -> CaseFile:
     """
     name, path = str(path), Path(path)
     try:
-        with path.open("rb") as stream:
-            data = stream.read(most(f"file.{file_format(name) or 'json'}") + 1)
+        data = start_of(path, most(f"file.{file_format(name) or 'json'}") + 1)
     except OSError as error:
         return CaseFile(name, (), (Problem(f"{name} cannot be read: {error.strerror or error}"),))
     return parse_cases(data, name, path.absolute(), allow)

@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from xml.etree import ElementTree
 
+from graph.base.outputs import make_folder, replacing
+
 from .running import Outcome
 
 
@@ -33,8 +35,9 @@ def write_junit(path: Path, outcomes: Mapping[str, Sequence[Outcome]]) -> None:
                 ElementTree.SubElement(element, "failure", {"message": lines[0]}).text = "\n".join(lines)
     tree = ElementTree.ElementTree(root)
     ElementTree.indent(tree)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    tree.write(path, encoding="utf-8", xml_declaration=True)
+    make_folder(path.parent)
+    with replacing(path) as stream:
+        tree.write(stream, encoding="utf-8", xml_declaration=True)
 
 
 def _totals(outcomes: Sequence[Outcome]) -> dict[str, str]:

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from graph.base.inputs import start_of
+
 if TYPE_CHECKING:
     from graph.sim import App
     from graph.testing.cases import Case
@@ -70,8 +72,7 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Col
 
 def _is_ours(path: Path) -> bool:
     try:
-        with path.open("rb") as stream:
-            return _MARKER.search(stream.read(_HEAD)) is not None
+        return _MARKER.search(start_of(path, _HEAD)) is not None
     except OSError:
         return False
 

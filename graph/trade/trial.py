@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from graph.base.errors import RunError
 from graph.base.exact import shortest
 from graph.base.limits import check
+from graph.base.outputs import remove
 from graph.sim.fidelity import KNOBS, Fidelity
 from sensors.channels import STABLE_IDS
 
@@ -145,7 +146,7 @@ def clock(scene: Scene, setting: Setting, duration: Fraction, start: float, reco
             ended = str(error)
         simulated = float(app.simulation.time - started)
         costs = meter.costs
-    recording.unlink(missing_ok=True)
+    remove(recording)
     return Timed({name: cost.per(simulated or math.nan) for name, cost in costs.items()}, spent, ended)
 
 

@@ -10,6 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from graph.base.errors import UserError, reason_of
+from graph.base.inputs import read
+from graph.base.outputs import write
+from graph.files.source import file_format
 
 KEY = "fidelity"
 AFTER = ("clock", "scene", "tickgraph")
@@ -28,7 +31,7 @@ def write_block(file: Path, values: Mapping[str, str]) -> None:
     """Sets knobs in the file. Raises UserError if it cannot be written."""
     try:
         text = with_block(file, values)
-        file.write_text(text, encoding="utf-8", newline="")
+        write(file, text)
     except OSError as error:
         raise UserError(f"--write {file}: {error.strerror}; paste the block") from None
     except _broken() as error:
@@ -44,7 +47,7 @@ def _broken() -> tuple[type[Exception], ...]:
 
 def with_block(file: Path, values: Mapping[str, str]) -> str:
     """The text of the file with these knobs set. Raises UserError for a file whose block cannot be set in its place."""
-    text = file.read_bytes().decode("utf-8")
+    text = read(file, f"file.{file_format(file.name) or 'yaml'}").decode("utf-8")
     return _in_json(text, values) if file.suffix.lower() == ".json" else _in_yaml(file, text, values)
 
 

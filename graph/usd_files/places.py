@@ -10,9 +10,9 @@ import re
 from bisect import bisect_right
 from collections.abc import Iterator
 from functools import cached_property
-from pathlib import Path
 
 from graph.base.errors import Mark
+from graph.sim.scene.layer_text import BINARY, layer_bytes
 
 _TOKEN = re.compile(
     r'''(?P<skip>"""(?:[^\\]|\\.)*?"""|\'\'\'(?:[^\\]|\\.)*?\'\'\'|"(?:[^"\\\n]|\\.)*"|\'(?:[^\'\\\n]|\\.)*\''''
@@ -56,10 +56,10 @@ class Text:
     @cached_property
     def _text(self) -> str:
         try:
-            data = Path(self.path).read_bytes()
+            data = layer_bytes(self.path)
         except OSError:
             return ""
-        return "" if data.startswith((b"PXR-USDC", b"PK\x03\x04")) else data.decode("utf-8", "replace")
+        return "" if data.startswith(BINARY) else data.decode("utf-8", "replace")
 
     @cached_property
     def _lines(self) -> list[int]:

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
+from graph.sim.scene.layer_text import BINARY, layer_bytes
 from graph.sim.usd import EARLIEST, Sdf, Usd
 
 from .values import from_usd, plain
@@ -115,8 +115,8 @@ def lone_layer(stage: Any) -> LoneLayer | None:
     layers = [layer for layer in stage.GetUsedLayers() if not layer.anonymous or layer.rootPrims]
     if len(layers) != 1 or layers[0].dirty or not layers[0].realPath.endswith((".usd", ".usda")):
         return None
-    data = Path(layers[0].realPath).read_bytes()
-    composed = data.startswith((b"PXR-USDC", b"PK")) or any(word in data for word in _COMPOSING)
+    data = layer_bytes(layers[0].realPath)
+    composed = data.startswith(BINARY) or any(word in data for word in _COMPOSING)
     return None if composed else LoneLayer(layers[0], data)
 
 

@@ -77,15 +77,12 @@ def _parts(spec: FileSpec) -> Iterator[str]:
 
 def check_text(path: Path, name: str) -> None:
     """Refuses, by its bytes alone, a text file that is too large, nested too deeply or not USD."""
-    from graph.sim.scene.layer_text import depth
+    from graph.sim.scene.layer_text import BINARY, depth, layer_bytes
 
-    size = path.stat().st_size
-    with path.open("rb") as stream:
-        start = stream.read(8)
-        if start.startswith((b"PXR-USDC", b"PK\x03\x04")):
-            return
-        limits.check("usd.text", size, f"{name} is too much USD text; save it as .usdc")
-        data = start + stream.read()
+    data = layer_bytes(path)
+    if data.startswith(BINARY):
+        return
+    limits.check("usd.text", len(data), f"{name} is too much USD text; save it as .usdc")
     if not data.strip():
         raise UserError(Problem('the file is empty; a USD text file starts with "#usda 1.0"', Mark(name, 1, 1)))
     if not data.startswith(b"#"):

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import html
-import json
-import re
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from importlib.resources import files
@@ -15,9 +13,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graph.base.errors import UserError
+from graph.base.outputs import replacing, write
+from graph.base.shorten import printable
 from graph.export.file_names import file_names
 from graph.sim.messages.cadence import SENSOR
 
+from .boundary import embedded, policy
 from .clouds import CloudPanel, titled
 from .collecting import Collected, Picture, collect, source_of
 from .scene import cloud_groups, scene
@@ -28,13 +29,12 @@ if TYPE_CHECKING:
     from graph.sim.messages.run_reader import RunReader
 
 PAGE = "view.html"
-SCRIPTS = ("page.js", "scene.js", "panels.js")
+SCRIPTS = ("plain.js", "page.js", "scene.js", "panels.js")
 PICTURE_PERIOD = 1.0
 """Seconds of simulation between the PNG files of a topic."""
 MEGABYTE = 1_000_000
 SCRIPT_SIZE = 5 * MEGABYTE
 """Of plotly's script, about."""
-_NEWLINES = re.compile(r"\s+")
 
 
 def write_view(
@@ -48,17 +48,18 @@ def write_view(
     """
     plotly = _plotly()
     found = collect(run, sizes, max(1, int(megabytes * MEGABYTE) - SCRIPT_SIZE))
-    out.mkdir(parents=True, exist_ok=True)
+    script = "".join(map(_asset, SCRIPTS))
     page = Template(_asset("page.html")).substitute(
-        title=html.escape(Path(run.name).name or run.name),
-        summary=html.escape(summary),
+        title=html.escape(printable(Path(run.name).name or run.name)),
+        summary=html.escape(printable(summary)),
+        policy=policy(plotly, script),
         style=_asset("page.css"),
-        script="".join(map(_asset, SCRIPTS)),
+        script=script,
         plotly=plotly,
-        data=_embedded(page_data(run, found, said)),
+        data=embedded(page_data(run, found, said)),
     )
     file = out / PAGE
-    file.write_text(page, encoding="utf-8")
+    write(file, page)
     return [file, *write_pictures(found, out)], found.problems
 
 
@@ -145,7 +146,8 @@ def write_pictures(found: Collected, out: Path) -> list[Path]:
                 continue
             due = stamp_ns / 1e9 + PICTURE_PERIOD - 1e-9
             path = out / f"{what}_{stamp_ns // 1_000_000:08d}ms.png"
-            image().save(path)
+            with replacing(path) as stream:
+                image().save(stream, "PNG")
             written.append(path)
 
     for kinds, suffix in ((found.pictures, ""), (found.ranges, "_range")):
@@ -171,13 +173,7 @@ def _dicts(value: Any) -> list[Mapping[str, Any]]:
 
 
 def _text(value: Mapping[str, Any], key: str) -> str:
-    return _NEWLINES.sub(" ", str(value.get(key, "")))
-
-
-def _embedded(data: Any) -> str:
-    """JSON that cannot end the script element it stands in."""
-    text = json.dumps(data, separators=(",", ":"), allow_nan=False)
-    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+    return str(value.get(key, ""))
 
 
 def _asset(name: str) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from graph.base.inputs import start_of
 from graph.node import Attribute, Database, node_type
 
 ALLOWED = "TICKGRAPH_ALLOW_ENV"
@@ -58,10 +59,11 @@ def read_file_path(db: Database) -> bool:
     if not path.is_file():
         db.warn("file-missing", f"there is no file {wanted}; the text is empty")
         return False
-    if path.stat().st_size > LARGEST:
-        db.fail(f"{wanted} is larger than {LARGEST // 2**20} MB")
     try:
-        db.outputs.fileContents = path.read_text(encoding="utf-8")
+        data = start_of(path, LARGEST + 1)
+        if len(data) > LARGEST:
+            db.fail(f"{wanted} is larger than {LARGEST // 2**20} MB")
+        db.outputs.fileContents = data.decode("utf-8")
     except UnicodeDecodeError:
         db.fail(f"{wanted} is not UTF-8 text")
     except OSError as error:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from graph.base.inputs import start_of
 from graph.evaluate.script_permission import REFUSED
 from graph.node import Attribute, Database, node_type
 from graph.ogn.database import OgnDatabase, log_print
@@ -131,9 +132,10 @@ def _origin(db: Database) -> tuple[Any, ...]:
 def _text(db: Database, path: Path, _: int) -> str:
     """The text of the script's file."""
     try:
-        if path.stat().st_size > MAX_BYTES:
+        data = start_of(path, MAX_BYTES + 1)
+        if len(data) > MAX_BYTES:
             db.fail(f"{path} is larger than {MAX_BYTES} bytes; that is not a script")
-        return path.read_text(encoding="utf-8")
+        return data.decode("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         return str(db.fail(f"{path} cannot be read: {reason}"))

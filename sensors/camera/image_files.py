@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from graph.base.inputs import start_of
 from graph.base.limits import allowed, most
 
 from . import radiance_hdr
@@ -140,8 +141,7 @@ def _contents(file: Path, inner: str) -> bytes:
         with zipfile.ZipFile(file) as package, package.open(inner) as stream:
             data = stream.read(largest + 1)
     else:
-        with file.open("rb") as stream:
-            data = stream.read(largest + 1)
+        data = start_of(file, largest + 1)
     if len(data) > largest:
         raise ImageProblem(f"{inner or file.name} is too large a file; {allowed('camera.texels')}")
     return data

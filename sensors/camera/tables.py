@@ -5,13 +5,13 @@ First rows are on top; texels are about the middles of equal parts of the image.
 
 from __future__ import annotations
 
-import hashlib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from graph.base.errors import UserError
+from graph.base.inputs import digest
 from graph.base.limits import check
 from graph.base.silence import silenced
 
@@ -86,4 +86,4 @@ def _read(library: Any, file: Path, where: str) -> tuple[Floats, str]:
     found = [planes[name] for name in "RGB" if name in planes]
     if not found:
         raise UserError(f"{where}: {file.name} has no channels R, G, B; it has {', '.join(planes)}")
-    return np.stack(found, axis=2), hashlib.blake2b(file.read_bytes(), digest_size=16).hexdigest()
+    return np.stack(found, axis=2), digest(file)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from graph.base.errors import Mark, Problem, UserError
+from graph.base.inputs import start_of
 
 from .config import MIN_SCAN_RATE_HZ, LidarConfig
 from .profile_values import ProfileReader, firing_rate_key
@@ -62,9 +63,10 @@ def load_profile(path: str | Path) -> LidarConfig:
     """
     path = Path(path)
     try:
-        if path.stat().st_size > MAX_BYTES:
+        data = start_of(path, MAX_BYTES + 1)
+        if len(data) > MAX_BYTES:
             raise UserError(f"lidar profile {path.name}: larger than 64 MiB")
-        text = path.read_text(encoding="utf-8-sig")
+        text = data.decode("utf-8-sig")
         document = json.loads(text)
     except OSError as error:
         raise UserError(f"lidar profile {path}: cannot be read ({error.strerror})") from error

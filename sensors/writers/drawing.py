@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from graph.base.errors import RunError
+from graph.base.outputs import make_folder, replacing
 from graph.base.suggest import did_you_mean
 from sensors.frame import Frame
 
@@ -229,8 +230,9 @@ def write_png(picture: np.ndarray, file: Path, who: str, what: str) -> None:
     from PIL import Image
 
     try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        Image.fromarray(picture).save(file, format="PNG", compress_level=6)
+        make_folder(file.parent)
+        with replacing(file) as stream:
+            Image.fromarray(picture).save(stream, format="PNG", compress_level=6)
     except OSError as error:
         reason = error.strerror or error
         raise RunError(f"{who}: {file}: {reason}; give {what} that can be written") from error

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from graph.base.outputs import remove
 from sensors.callbacks import on_frame
 from sensors.sensor_types import sensor_type
 
@@ -77,7 +78,7 @@ class Previews:
     def _remove_earlier(self) -> None:
         for file in self._folder.glob("*_[0-9][0-9][0-9][0-9][0-9][0-9].png"):
             with suppress(OSError):
-                file.unlink()
+                remove(file)
 
 
 @dataclass

@@ -344,6 +344,27 @@ def waiting(folder):
     return Asked(10_000, playing(folder, written(folder / "x.mcap", message(600), compression="", starts=(0,) * 10)))
 
 
+def packed(folder, plain):
+    """A recording of these bytes in one chunk, packed to less than a thousandth."""
+    import zstandard
+
+    return written(folder / "x.mcap", zstandard.compress(plain), compression="zstd", size=len(plain))
+
+
+@case("recording.unpacked")
+def unpacked(folder):
+    """A message of a million zeros; 255 bytes for each byte of the file come on top of the limit."""
+    file = packed(folder, message(1_000_000 - 31))
+    return Asked(1_000_000 - 255 * file.stat().st_size, playing(folder, file))
+
+
+@case("recording.messages")
+def messages(folder):
+    """50,000 equal messages; one for each byte of the file comes on top of the limit."""
+    file = packed(folder, message(0) * 50_000)
+    return Asked(50_000 - file.stat().st_size, playing(folder, file))
+
+
 def recorded(file, *types):
     """A recording with a message of each of these (type, definition, bytes)."""
     with file.open("wb") as stream:

@@ -8,8 +8,9 @@ together up to `recording.waiting`.
 from __future__ import annotations
 
 import heapq
+import struct
 from collections.abc import Container, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import count
 from typing import Any, BinaryIO
 
@@ -26,10 +27,16 @@ from mcap.records import (  # noqa: TID253
     Schema,
     Statistics,
 )
-from mcap.stream_reader import StreamReader, breakup_chunk, read_magic  # noqa: TID253
+from mcap.stream_reader import StreamReader, read_magic  # noqa: TID253
 
-from graph.base.limits import check, most
+from graph.base.limits import OverLimit, allowed, check, most
 
+PREFIX = struct.Struct("<BQ")
+"""The opcode of a record, and the length of its content."""
+MESSAGE = struct.Struct("<HIQQ")
+"""The start of a message: channel, sequence, log time, publish time."""
+_RATIO = 255
+"""The most that lz4 packs."""
 _FOOTER = 8 + 8 + 4
 _LEAST_WINDOW = 2**20
 """Bytes that zstd may look back in any case."""
@@ -94,6 +101,7 @@ def read_summary(file: BinaryIO) -> Summary | None:
             summary.counts = dict(record.channel_message_counts)
         elif isinstance(record, MetadataIndex):
             summary.metadata.append(record)
+    check_chunks(summary.chunks, within.size)
     return summary
 
 
@@ -126,13 +134,52 @@ def leading_metadata(file: BinaryIO, name: str) -> dict[str, str]:
     return {}
 
 
+class OverBudget(OverLimit):  # (named after what happened)
+    """A file asks for more work than its size tells."""
+
+
+class Budget:
+    """What one pass over a file of so many bytes may unpack, and how many records it may hold.
+
+    A few bytes can unpack to thousands of times as many; no recording of sensors does, in all of its length.
+    """
+
+    __slots__ = ("_bytes", "_records")
+
+    def __init__(self, size: int) -> None:
+        self._bytes = most("recording.unpacked") + _RATIO * size
+        self._records = most("recording.messages") + size
+
+    def unpacked(self, size: int) -> None:
+        """Counts the bytes of an unpacked chunk. Raises OverLimit if they are too many."""
+        self._bytes -= size
+        if self._bytes < 0:
+            raise OverBudget(f"it unpacks to far more than its size; {allowed('recording.unpacked')}")
+
+    def record(self) -> None:
+        """Counts a record. Raises OverLimit if there are too many."""
+        self._records -= 1
+        if self._records < 0:
+            raise OverBudget(f"it holds far more messages than its size; {allowed('recording.messages')}")
+
+
+def check_chunks(chunks: list[ChunkIndex], size: int) -> None:
+    """Raises ValueError for an index whose chunks overlap, are there twice or lie outside of the file's bytes."""
+    end = 0
+    for one in sorted(chunks, key=lambda one: one.chunk_start_offset):
+        if one.chunk_start_offset < end or one.chunk_start_offset + one.chunk_length > size or not one.chunk_length:
+            raise ValueError("its index names chunks that overlap or are not in it")
+        end = one.chunk_start_offset + one.chunk_length
+
+
 def messages(file: BinaryIO, summary: Summary, channels: Container[int]) -> Iterator[Message]:
     """The messages of these channels (ids) by log time; equal times in file order."""
     within = _Within(file)
+    budget = Budget(within.size)
     order = count()
     indexed = sorted(summary.chunks, key=lambda one: (one.message_start_time, one.chunk_start_offset), reverse=True)
     if not indexed:
-        yield from _unindexed(within, channels)
+        yield from _unindexed(within, channels, budget)
         return
     chunks = [one for one in indexed if _may_hold(one, channels)]
     waiting: list[tuple[int, int, Message]] = []
@@ -140,7 +187,7 @@ def messages(file: BinaryIO, summary: Summary, channels: Container[int]) -> Iter
     while chunks or waiting:
         while chunks and (not waiting or chunks[-1].message_start_time <= waiting[0][0]):
             within.seek(chunks.pop().chunk_start_offset)
-            for message in _messages_of(_chunk(within), channels):
+            for message in _messages_of(_chunk(within), channels, budget):
                 held = _held(held + _OBJECT + len(message.data))
                 heapq.heappush(waiting, (message.log_time, next(order), message))
         if not waiting:
@@ -156,12 +203,12 @@ def _may_hold(chunk: ChunkIndex, channels: Container[int]) -> bool:
     return not held or any(number in channels for number in held)
 
 
-def _unindexed(within: _Within, channels: Container[int]) -> Iterator[Message]:
+def _unindexed(within: _Within, channels: Container[int], budget: Budget) -> Iterator[Message]:
     """The records of a file without an index of its chunks, for example one without chunks."""
     found: list[Message] = []
     held = 0
     for record in _records(within, skip_magic=False):
-        for message in _messages_of(record, channels):
+        for message in _messages_of(record, channels, budget):
             held = _held(held + _OBJECT + len(message.data))
             found.append(message)
     yield from sorted(found, key=lambda one: one.log_time)
@@ -183,12 +230,42 @@ def _chunk(within: _Within) -> Chunk:
     return chunk
 
 
-def _messages_of(record: Any, channels: Container[int]) -> Iterator[Message]:
+def _messages_of(record: Any, channels: Container[int], budget: Budget) -> Iterator[Message]:
     if isinstance(record, Chunk):
-        plain = replace(record, compression="", data=unpacked(record))
-        yield from (one for one in breakup_chunk(plain) if isinstance(one, Message) and one.channel_id in channels)
+        data = unpacked(record)
+        budget.unpacked(len(data))
+        yield from _messages_in(data, channels, budget)
     elif isinstance(record, Message) and record.channel_id in channels:
         yield record
+
+
+def _messages_in(data: bytes, channels: Container[int], budget: Budget) -> Iterator[Message]:
+    """The messages of these channels in an unpacked chunk."""
+    for opcode, _, body, end in records_in(data, budget):
+        if opcode == Opcode.MESSAGE:
+            channel, sequence, log_ns, publish_ns = MESSAGE.unpack_from(data, body)
+            if channel in channels:
+                content = data[body + MESSAGE.size : end]
+                yield Message(
+                    channel_id=channel, log_time=log_ns, data=content, publish_time=publish_ns, sequence=sequence
+                )
+
+
+def records_in(data: bytes, budget: Budget) -> Iterator[tuple[int, int, int, int]]:
+    """Each record of an unpacked chunk: opcode, where it begins, where its content begins, where it ends.
+
+    Raises ValueError, or struct.error, for a record that does not fit into the chunk.
+    """
+    begin = 0
+    while begin < len(data):
+        opcode, length = PREFIX.unpack_from(data, begin)
+        body = begin + PREFIX.size
+        end = body + length
+        if end > len(data):
+            raise ValueError("a record of it is longer than its chunk")
+        budget.record()
+        yield opcode, begin, body, end
+        begin = end
 
 
 def unpacked(chunk: Chunk) -> bytes:

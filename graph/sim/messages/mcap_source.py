@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from graph.base.errors import RunError, UserError, reason_of
+from graph.base.inputs import opened
 from graph.base.limits import OverLimit, check
 
 from .bus import topic_name
 from .mcap_records import Summary, messages, read_metadata, read_summary
-from .recorded_file import RecordedFile, decoding
+from .recorded_file import RecordedFile, clamped, decoding
 from .recovery import MAGIC, scan
 from .ros_types import known, register
 from .sources import Entry
@@ -39,7 +40,7 @@ class McapSource(RecordedFile):
         self._defined = 0
         self._files: list[BinaryIO] = []
         try:
-            with Path(path).open("rb") as file:
+            with opened(path) as file:
                 self._examine(file, whole)
         except OSError as error:
             raise UserError(f"{path}: {error.strerror}; name an MCAP recording that can be read") from None
@@ -58,13 +59,15 @@ class McapSource(RecordedFile):
             if channel.schema_id in summary.schemas
         }
         channels = {number: named for number, named in channels.items() if wanted.get(named[0]) == named[1]}
-        with Path(self.name).open("rb") as file:
+        with opened(self.name) as file:
             self._files.append(file)
             try:
                 for message in self._undamaged(messages(file, summary, channels)):
                     topic, name = channels[message.channel_id]
                     load = decoding(message.data, name, self.name)
-                    yield Entry(message.log_time, topic, name, load, message.publish_time, len(message.data))
+                    yield Entry(
+                        clamped(message.log_time), topic, name, load, clamped(message.publish_time), len(message.data)
+                    )
             finally:
                 if file in self._files:
                     self._files.remove(file)
@@ -89,7 +92,7 @@ class McapSource(RecordedFile):
                 raise UserError(f"{self.name}: {NOT_FINISHED}")
             summary = scan(file, Path(self.name))
             self.unfinished = f"{self.name}: {NOT_FINISHED.replace('FILE', self.name)}"
-        self._summary, self._start_ns = summary, summary.start_ns
+        self._summary, self._start_ns = summary, clamped(summary.start_ns)
         self.provenance = read_metadata(file, summary, PROVENANCE)
         for number, channel in summary.channels.items():
             schema = summary.schemas.get(channel.schema_id)

@@ -12,6 +12,8 @@ from graph.base.limits import OverLimit, check
 from .ros_types import deserialize, least_part
 from .sources import Entry
 
+_LATEST_NS = 2**63 - 1
+
 
 class RecordedFile:
     """The base of the readers of each format; they fill it when they open a file.
@@ -62,6 +64,11 @@ class RecordedFile:
         else:
             self.counts[topic] = self.counts.get(topic, 0) + count
         return not why
+
+
+def clamped(time_ns: int) -> int:
+    """A time of a recording [ns] within 63 bits; those of MCAP have 64."""
+    return min(time_ns, _LATEST_NS)
 
 
 def decoding(data: bytes, type_name: str, name: str) -> Callable[[], Any]:

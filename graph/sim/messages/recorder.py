@@ -8,6 +8,9 @@ from contextlib import suppress
 from fnmatch import fnmatchcase
 from pathlib import Path
 
+from graph.base.inputs import opened
+from graph.base.outputs import make_folder, remove
+
 from .bus import topic_name
 from .mcap_source import PROVENANCE
 from .message import Message
@@ -117,7 +120,7 @@ class Recorder:
         if len(self.parts) == 1:
             return False
         with suppress(OSError):
-            last.path.unlink()
+            remove(last.path)
             self._given_up += last.messages + last.given_up
             self.parts.pop()
             return True
@@ -168,7 +171,7 @@ class Recorder:
             path = self.path.with_name(f"{self.path.stem}_{number}{self.path.suffix}")
             provenance = {**self._provenance, PART: str(number)}
             if number:  # the folder may have been removed since
-                path.parent.mkdir(parents=True, exist_ok=True)
+                make_folder(path.parent)
         most = min(CHUNK_BYTES, self._split_bytes or CHUNK_BYTES)
         self.parts.append(McapSink(path, provenance, chunk_bytes=most, clock=self._clock))
 
@@ -177,7 +180,7 @@ def _noted_part(file: Path) -> str | None:
     from .mcap_records import leading_metadata
 
     try:
-        with file.open("rb") as stream:
+        with opened(file) as stream:
             return leading_metadata(stream, PROVENANCE).get(PART)
     except Exception:  # the reader may raise anything for another kind of file
         return None

@@ -19,6 +19,7 @@ from typing import BinaryIO
 from mcap.writer import CompressionType, Writer  # noqa: TID253
 
 from graph.base.errors import RunError, UserError
+from graph.base.outputs import created, make_folder, replacing
 from graph.base.signals import ENDING
 
 from .mcap_source import PROVENANCE
@@ -163,7 +164,7 @@ class McapSink:
     def _open(self) -> Writer:
         if self._writer is None:
             try:
-                self._file = self.path.open("w+b")
+                self._file = created(self.path)
             except OSError as error:
                 raise UserError(f"{self.path}: {error.strerror}; name a file that can be written") from None
             # The sink ends chunks itself before they exceed the limit; the writer's own limit is never reached.
@@ -203,9 +204,9 @@ class McapSink:
         self._file.flush()
         if os.fstat(self._file.fileno()).st_nlink:
             return
-        self.path.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(self.path.parent)
         self._file.seek(0)
-        with self.path.open("xb") as again:
+        with replacing(self.path) as again:
             shutil.copyfileobj(self._file, again, CHUNK_BYTES)
         self.notes.append(f"{self.path}: it was deleted while it was recorded; it is written again, whole")
 

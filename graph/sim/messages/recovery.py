@@ -10,7 +10,7 @@ import struct
 import zlib
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -23,22 +23,20 @@ from mcap.records import (  # noqa: TID253
     ChunkIndex,
     DataEnd,
     Footer,
-    Message,
     MessageIndex,
     Metadata,
     MetadataIndex,
     Schema,
     Statistics,
 )
-from mcap.stream_reader import breakup_chunk, get_chunk_data_stream  # noqa: TID253
 
 from graph.base.errors import UserError
 from graph.base.limits import check
+from graph.base.outputs import changed
 
-from .mcap_records import Summary, unpacked
+from .mcap_records import MESSAGE, PREFIX, Budget, OverBudget, Summary, records_in, unpacked
 
 MAGIC = b"\x89MCAP0\r\n"
-_PREFIX = struct.Struct("<BQ")
 _OUTSIDE = (Opcode.MESSAGE, Opcode.ATTACHMENT)
 
 
@@ -98,7 +96,7 @@ def finish(path: Path, *, drop: int = 0) -> Finished:
     only one. Raises UserError for a file that is not an MCAP recording or has messages outside chunks, OSError if the
     file cannot be written: then its whole chunks remain.
     """
-    with path.open("r+b", buffering=0) as file:
+    with changed(path) as file:
         content = _read(file, path)
         if content.whole and not drop:
             return content.result(whole=True)
@@ -149,6 +147,7 @@ def _read(file: BinaryIO, path: Path) -> _Content:
     if file.read(len(MAGIC)) != MAGIC:
         raise UserError(f"{path}: not an MCAP recording, or nothing of it is left; there is nothing to recover")
     content = _Content(cut=size - len(MAGIC))
+    budget = Budget(size)
     for opcode, begin, end in _records(file, size):
         if opcode == Opcode.DATA_END:
             content.whole, content.cut = _is_finished(file, size), 0
@@ -157,7 +156,7 @@ def _read(file: BinaryIO, path: Path) -> _Content:
         if opcode in _OUTSIDE:
             raise UserError(f"{path}: it has messages outside chunks; use the tool `mcap recover` for this file")
         if opcode == Opcode.CHUNK:
-            chunk = _chunk(file, begin, end)
+            chunk = _chunk(file, begin, end, budget)
             if chunk is None:
                 content.damaged += 1
             else:
@@ -187,10 +186,10 @@ def _note(file: BinaryIO, content: _Content, opcode: int, begin: int, end: int) 
 def _records(file: BinaryIO, size: int) -> Iterator[tuple[int, int, int]]:
     """(opcode, begin, end) of each whole record within the first `size` bytes."""
     begin = len(MAGIC)
-    while begin + _PREFIX.size <= size:
+    while begin + PREFIX.size <= size:
         file.seek(begin)
-        opcode, length = _PREFIX.unpack(file.read(_PREFIX.size))
-        end = begin + _PREFIX.size + length
+        opcode, length = PREFIX.unpack(file.read(PREFIX.size))
+        end = begin + PREFIX.size + length
         if opcode == 0 or end > size:  # a file system leaves zeros after a write that did not complete
             return
         yield opcode, begin, end
@@ -204,9 +203,9 @@ def _is_finished(file: BinaryIO, size: int) -> bool:
 
 
 def _body(file: BinaryIO, begin: int, end: int) -> ReadDataStream:
-    file.seek(begin + _PREFIX.size)
+    file.seek(begin + PREFIX.size)
     data = bytearray()
-    while missing := end - begin - _PREFIX.size - len(data):
+    while missing := end - begin - PREFIX.size - len(data):
         part = file.read(missing)
         if not part:
             raise EOFError("the file became shorter while it was read")
@@ -214,11 +213,23 @@ def _body(file: BinaryIO, begin: int, end: int) -> ReadDataStream:
     return ReadDataStream(BytesIO(data))
 
 
-def _chunk(file: BinaryIO, begin: int, end: int) -> _Chunk | None:
-    """The chunk of a record; None if it cannot be read."""
+def _chunk(file: BinaryIO, begin: int, end: int, budget: Budget) -> _Chunk | None:
+    """The chunk of a record; None if it cannot be read. Raises OverBudget."""
+    counts = Counter[int]()
+    declared: list[Schema | Channel] = []
     try:
-        chunk, plain = _loaded(file, begin, end)
-        records = breakup_chunk(plain, validate_crc=True)
+        chunk, data = _loaded(file, begin, end)
+        budget.unpacked(len(data))
+        if chunk.uncompressed_crc and chunk.uncompressed_crc != zlib.crc32(data):
+            return None
+        for opcode, _, body, finish in records_in(data, budget):
+            if opcode == Opcode.MESSAGE:
+                counts[MESSAGE.unpack_from(data, body)[0]] += 1
+            elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+                kind = Schema if opcode == Opcode.SCHEMA else Channel
+                declared.append(kind.read(ReadDataStream(BytesIO(data[body:finish]))))
+    except OverBudget:
+        raise
     except Exception:  # the reader may raise anything for damaged content
         return None
     index = ChunkIndex(
@@ -232,19 +243,18 @@ def _chunk(file: BinaryIO, begin: int, end: int) -> _Chunk | None:
         message_start_time=chunk.message_start_time,
         uncompressed_size=chunk.uncompressed_size,
     )
-    counts = Counter(record.channel_id for record in records if isinstance(record, Message))
-    return _Chunk(index, end, [one for one in records if isinstance(one, Schema | Channel)], counts)
+    return _Chunk(index, end, declared, counts)
 
 
-def _loaded(file: BinaryIO, begin: int, end: int) -> tuple[Chunk, Chunk]:
-    """The chunk of a record, packed and unpacked. Raises ValueError for one above `recording.record`."""
+def _loaded(file: BinaryIO, begin: int, end: int) -> tuple[Chunk, bytes]:
+    """The chunk of a record, and its bytes unpacked. Raises ValueError for one above `recording.record`."""
     check("recording.record", end - begin, f"a chunk of it has {end - begin:,} bytes")
     chunk: Chunk = Chunk.read(_body(file, begin, end))
-    return chunk, replace(chunk, compression="", data=unpacked(chunk))
+    return chunk, unpacked(chunk)
 
 
 def _note_index(file: BinaryIO, index: ChunkIndex, begin: int, end: int) -> None:
-    file.seek(begin + _PREFIX.size)
+    file.seek(begin + PREFIX.size)
     (channel,) = struct.unpack("<H", file.read(2))
     index.message_index_offsets[channel] = begin
     index.message_index_length += end - begin
@@ -253,16 +263,12 @@ def _note_index(file: BinaryIO, index: ChunkIndex, begin: int, end: int) -> None
 def _message_indexes(file: BinaryIO, index: ChunkIndex) -> list[MessageIndex]:
     """The positions of a chunk's messages in it, by channel, in order of first appearance."""
     begin = index.chunk_start_offset
-    stream, size = get_chunk_data_stream(_loaded(file, begin, begin + index.chunk_length)[1])
+    data = _loaded(file, begin, begin + index.chunk_length)[1]
     found: dict[int, MessageIndex] = {}
-    while (offset := stream.count) < size:
-        opcode, length = stream.read1(), stream.read8()
+    for opcode, offset, body, _ in records_in(data, Budget(len(data))):
         if opcode == Opcode.MESSAGE:
-            message = Message.read(stream, length)
-            one = found.setdefault(message.channel_id, MessageIndex(channel_id=message.channel_id, records=[]))
-            one.records.append((message.log_time, offset))
-        else:
-            stream.read(length)
+            channel, _, log_ns, _ = MESSAGE.unpack_from(data, body)
+            found.setdefault(channel, MessageIndex(channel_id=channel, records=[])).records.append((log_ns, offset))
     return list(found.values())
 
 

@@ -9,6 +9,8 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
+from graph.base.inputs import start_of
+
 SEARCH_VARIABLE = "AMENT_PREFIX_PATH"
 """Folders of installed ROS 2 packages: `<folder>/share/<package>/<msg or srv>/<Name>.<msg or srv>`."""
 
@@ -117,8 +119,9 @@ def installed(type_name: str) -> list[tuple[str, str]]:
     for folder in filter(None, os.environ.get(SEARCH_VARIABLE, "").split(os.pathsep)):
         path = Path(folder) / "share" / package / kind / f"{stem}.{kind}"
         try:
-            if path.is_file() and path.stat().st_size <= _MOST_BYTES:
-                text = path.read_text(encoding="utf-8")
+            data = start_of(path, _MOST_BYTES + 1)
+            if len(data) <= _MOST_BYTES:
+                text = data.decode("utf-8")
                 return service_parts(f"{package}/srv/{stem}", text) if kind == "srv" else [(type_name, text)]
         except (OSError, ValueError):
             continue

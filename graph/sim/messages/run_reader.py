@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import heapq
 import json
+import math
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -22,7 +23,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any, Protocol
 
 from graph.base.errors import UserError
-from graph.base.limits import check
+from graph.base.inputs import read_text, start_of
 
 from .sources import Entry
 
@@ -196,7 +197,7 @@ def recorded_files(folder: Path, report: Mapping[str, Any] | None = None) -> lis
         return [_inside(folder, name) for name in named]
     metadata = folder / "metadata.yaml"
     try:
-        text = metadata.read_bytes()[:1_000_000].decode("utf-8", "replace") if metadata.is_file() else ""
+        text = start_of(metadata, 1_000_000).decode("utf-8", "replace") if metadata.exists() else ""
         names = [one for one in folder.iterdir() if not one.stem.endswith(PREVIOUS)]
     except OSError as error:
         raise UserError(f"{folder}: {error.strerror}; name a recording that can be read") from None
@@ -227,12 +228,23 @@ def _open_file(path: Path, whole: bool) -> RecordedFile:
     return McapSource(path, whole=whole)
 
 
+def _nothing_of(text: str) -> None:
+    """NaN and the infinities, which are not JSON."""
+
+
+def _finite(text: str) -> float | None:
+    return number if math.isfinite(number := float(text)) else None
+
+
+def _countable(text: str) -> int | None:
+    return number if -(2**63) <= (number := int(text)) < 2**63 else None
+
+
 def _read_report(folder: Path, notes: list[str]) -> Mapping[str, Any] | None:
     file = folder / REPORT
     try:
-        size = file.stat().st_size
-        check("file.json", size, f"{file} has {size:,} bytes")
-        report = json.loads(file.read_text(encoding="utf-8"))
+        text = read_text(file, "file.json")
+        report = json.loads(text, parse_constant=_nothing_of, parse_float=_finite, parse_int=_countable)
     except FileNotFoundError:
         if not (folder / "metadata.yaml").is_file():  # of a rosbag2 folder, which has no report
             notes.append(f"{file}: there is no report; the run was killed or goes on")

@@ -13,6 +13,7 @@ from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 from graph.base.errors import Mark, Problem, UserError
+from graph.base.inputs import start_of
 
 from . import bounds
 from .source import Element, parse
@@ -168,7 +169,7 @@ class _Reader:
         path = path.resolve()
         name = self._name(path)
         if name not in self.assets:
-            data = path.read_bytes()
+            data = start_of(path, MAX_TOTAL + 1)
             self._total += len(data)
             if self._total > MAX_TOTAL:
                 raise UserError(Problem(f"its assets are larger than {MAX_TOTAL >> 30} GiB", element.mark))

@@ -12,6 +12,7 @@ from pathlib import Path
 from xml.parsers import expat
 
 from graph.base.errors import Mark, Problem, UserError
+from graph.base.inputs import start_of
 
 MAX_TEXT = 64 * 2**20
 """Bytes of one XML file."""
@@ -40,10 +41,10 @@ class Element:
 def parse(file: Path, name: str) -> Element:
     """The root element of a file, called `name` in messages. Raises UserError, with the place, if it is not XML."""
     try:
-        data = file.read_bytes() if file.stat().st_size <= MAX_TEXT else None
+        data = start_of(file, MAX_TEXT + 1)
     except OSError as error:
         raise UserError(f"{name} cannot be read: {error.strerror or error}") from error
-    if data is None:
+    if len(data) > MAX_TEXT:
         raise UserError(f"{name} is larger than {MAX_TEXT >> 20} MiB; as a model that is too much text")
     for hidden in (_COMMENT, _HEAD):
         data = hidden.sub(lambda found: _NOT_NEWLINE.sub(b" ", found.group()), data)

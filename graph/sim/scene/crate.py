@@ -13,6 +13,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
 
+from graph.base.inputs import opened
+
 _SECTIONS = {
     b"TOKENS": (2, 1),
     b"STRINGS": (1, 0),
@@ -36,7 +38,7 @@ def crate_entries(path: Path) -> int:
 
     A table, block or unpacked value that does not fit into the file counts with the entries that it states.
     """
-    with path.open("rb") as file:
+    with opened(path) as file:
         if file.read(8) != b"PXR-USDC":
             return 0
         most = 0

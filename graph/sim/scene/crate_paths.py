@@ -18,6 +18,8 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from graph.base.inputs import opened
+
 _SECTION = 32
 
 
@@ -28,7 +30,7 @@ def has_path_tree(path: Path) -> bool:
     """
     from lz4.block import LZ4BlockError
 
-    with path.open("rb") as file:
+    with opened(path) as file:
         if file.read(8) != b"PXR-USDC" or file.read(8)[:3] < b"\0\4\0":
             return True
         try:

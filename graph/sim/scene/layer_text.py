@@ -8,6 +8,9 @@ from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
 
+from graph.base.inputs import opened, start_of
+from graph.base.limits import most
+
 MAX_NESTING = 256
 """Brackets that may be open at once in a text layer."""
 _SHALLOW = 100
@@ -32,10 +35,16 @@ BINARY = (b"PXR-USDC", b"PK\x03\x04")
 SCENE_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
 
+def layer_bytes(path: str | Path) -> bytes:
+    """The bytes of a text layer, up to one more than the limit; the first bytes of a binary one or a package."""
+    with opened(path) as stream:
+        data = stream.read(8)
+        return data if data.startswith(BINARY) else data + stream.read(most("usd.text") + 1 - len(data))
+
+
 def longest_text(path: Path) -> int:
     """Bytes of the file if it is text, or of the largest text layer in a package as the package states; else 0."""
-    with path.open("rb") as stream:
-        start = stream.read(8)
+    start = start_of(path, 8)
     if not start.startswith(BINARY):
         return path.stat().st_size
     if start.startswith(b"PXR-USDC"):
@@ -53,13 +62,12 @@ def _is_text(package: zipfile.ZipFile, entry: zipfile.ZipInfo) -> bool:
 
 def _text_layers(path: Path) -> Iterator[bytes]:
     """The bytes of the file if it is text, or of every text layer in a package."""
-    with path.open("rb") as stream:
-        start = stream.read(8)
-        if start.startswith(b"PXR-USDC"):
-            return
-        if not start.startswith(BINARY):
-            yield start + stream.read()
-            return
+    data = layer_bytes(path)
+    if data.startswith(b"PXR-USDC"):
+        return
+    if not data.startswith(BINARY):
+        yield data
+        return
     with zipfile.ZipFile(path) as package:
         for entry in package.infolist():
             if _is_text(package, entry):
@@ -116,9 +124,5 @@ def _without_opaque(data: bytes) -> bytes:
 
 def may_compose(path: Path) -> bool:
     """Whether a layer may compose other layers: a text layer without any of the keywords cannot."""
-    with path.open("rb") as stream:
-        start = stream.read(8)
-        if start.startswith(BINARY):
-            return True
-        data = start + stream.read()
-    return any(word in data for word in _COMPOSING)
+    data = layer_bytes(path)
+    return data.startswith(BINARY) or any(word in data for word in _COMPOSING)

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
+from .layer_text import BINARY, layer_bytes
+
 _PATH_VALUE = re.compile(
     rb"^[ \t]*(?:custom[ \t]+)?(?:(?:uniform|varying)[ \t]+)?(?!(?:rel|prepend|append|delete|add|reorder)\b)"
     rb"[A-Za-z]\w*(?:\[\])?[ \t]+[\w:]+[ \t]*=[ \t]*<",
@@ -30,8 +32,8 @@ def leave_out_path_values(layers: Iterable[Any], warn: Callable[[str, str, str],
 def _may_have_any(file: Path) -> bool:
     if file.suffix.lower() not in (".usd", ".usda"):
         return False
-    data = file.read_bytes()
-    if data.startswith(b"PXR-USDC"):
+    data = layer_bytes(file)
+    if data.startswith(BINARY):
         return False
     only_connections = data.count(b"= <") == data.count(b".connect = <") and not any(map(data.count, _OTHER_SPACE))
     if only_connections:  # as in large graphs; counting is much faster than the regular expression

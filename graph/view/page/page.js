@@ -1,4 +1,3 @@
-"use strict";
 const data = JSON.parse(document.getElementById("data").textContent);
 const main = document.querySelector("main");
 const followers = []; // functions of the time [s] that the page shows

@@ -1,0 +1,159 @@
+"""Files are opened for reading by `graph.base.inputs` and written by `graph.base.outputs`, nowhere else."""
+
+import ast
+
+import pytest
+
+from tests.support.places import ROOT
+
+OPENERS = ("graph/base/inputs.py", "graph/base/outputs.py")
+METHODS = frozenset(
+    [
+        "Export",
+        "NamedTemporaryFile",
+        "Save",
+        "TemporaryDirectory",
+        "TemporaryFile",
+        "ZipFile",
+        "copy2",
+        "copyfile",
+        "copytree",
+        "fromfile",
+        "genfromtxt",
+        "hardlink_to",
+        "link_to",
+        "loadtxt",
+        "makedirs",
+        "memmap",
+        "mkdir",
+        "mkdtemp",
+        "mkstemp",
+        "move",
+        "read_bytes",
+        "read_text",
+        "rename",
+        "rmdir",
+        "rmtree",
+        "savefig",
+        "savetxt",
+        "savez",
+        "savez_compressed",
+        "symlink_to",
+        "tofile",
+        "touch",
+        "unlink",
+        "write_bytes",
+        "write_text",
+    ]
+)
+"""Names of functions that open, make, move or remove files, whatever they belong to."""
+OF_MODULES = frozenset(
+    [
+        "codecs.open",
+        "io.FileIO",
+        "io.open",
+        "np.load",
+        "np.save",
+        "np.savez",
+        "numpy.load",
+        "numpy.save",
+        "os.fdopen",
+        "os.open",
+        "os.remove",
+        "os.replace",
+        "shutil.copy",
+        "sqlite3.connect",
+    ]
+)
+"""Functions whose names alone say too little."""
+ALLOWED = {
+    ("graph/cli/main.py", "os.open"): "the null device in the place of a closed stream",
+    ("graph/cli/main.py", "open"): "the null device in the place of a closed stream",
+    ("graph/cli/output_folder.py", "os.open"): "the lock of a folder",
+    ("graph/base/silence.py", "os.open"): "the null device",
+    ("graph/trade/workers.py", "os.open"): "the null device",
+    ("graph/trade/conduct.py", "tempfile.TemporaryDirectory"): "a study's own folder",
+    ("graph/trade/diagrams.py", "figure.savefig"): "into a stream in memory",
+    ("graph/trade/jobs.py", "self.file.open"): "a study's own folder",
+    ("graph/trade/jobs.py", "file.open"): "a study's own folder",
+    ("graph/stability/attributes.py", "tempfile.TemporaryDirectory"): "a case's own folder",
+    ("graph/stability/attributes.py", "layer.Export"): "a case's own folder",
+    ("graph/stability/inputs.py", "tempfile.TemporaryDirectory"): "a case's own folder",
+    ("graph/stability/divergence.py", "tempfile.TemporaryDirectory"): "a case's own folder",
+    ("graph/stability/bodies.py", "tempfile.TemporaryDirectory"): "a case's own folder",
+    ("graph/stability/bodies.py", "file.write_text"): "a case's own folder",
+    ("graph/cli/convert.py", "tempfile.TemporaryDirectory"): "where USD writes a layer, which is then copied",
+    ("graph/cli/convert.py", "layer.Export"): "into that folder",
+    ("graph/cli/new.py", "template.read_text"): "a shipped template",
+    ("graph/manual/__init__.py", "resources.files(__package__).joinpath(f'{topic}.md').read_text"): "shipped pages",
+    ("graph/ogn/packages.py", "file.read_bytes"): "a declaration inside a package that is no folder",
+    ("graph/export/point_files.py", "np.savez_compressed"): "into a stream of the output opener",
+    ("graph/export/exporting.py", "np.savez_compressed"): "into a stream of the output opener",
+    ("graph/sim/scene/layer_text.py", "zipfile.ZipFile"): "a package whose start was read by the input opener",
+    ("sensors/camera/image_files.py", "zipfile.ZipFile"): "a package that was found to be a regular file",
+    ("sensors/configs/cameras.py", "file.read_text"): "shipped data",
+    ("sensors/configs/catalog.py", "file.read_text"): "shipped data",
+    ("graph/view/writing.py", "(files(__package__) / 'page' / name).read_text"): "shipped data",
+    ("graph/sim/messages/bag_source.py", "sqlite3.connect"): "a file that the input opener has seen",
+}
+"""(module, call) -> why it may."""
+NO_FILES = frozenset(["Pillow.open", "gripper.open", "memory.bus.open", "package.open", "scene.open", "zenoh.open"])
+"""Calls named `open` for a stream, a member of a package, a network, rays, fingers, an inbox."""
+
+
+def calls(source):
+    """The calls in a text that may open files, as they are written, with their lines."""
+    for node in ast.walk(ast.parse(source)):
+        if not isinstance(node, ast.Call):
+            continue
+        name = ast.unparse(node.func)
+        last = name.rpartition(".")[2]
+        method = isinstance(node.func, ast.Attribute) or last[0].isupper()
+        if name == "open" or name in OF_MODULES or (method and last in (*METHODS, "open") and name not in NO_FILES):
+            yield name, node.lineno
+
+
+def modules():
+    return [
+        (path.relative_to(ROOT).as_posix(), path)
+        for package in ("graph", "nodes", "sensors")
+        for path in sorted((ROOT / package).rglob("*.py"))
+    ]
+
+
+def test_no_module_opens_files_but_the_two_openers():
+    found = {
+        (module, name): line
+        for module, path in modules()
+        if module not in OPENERS
+        for name, line in calls(path.read_text())
+    }
+    assert {f"{one[0]}:{line}: {one[1]}" for one, line in found.items() if one not in ALLOWED} == set()
+
+
+def test_every_exception_is_in_use():
+    found = {(module, name) for module, path in modules() for name, _ in calls(path.read_text())}
+    assert ALLOWED.keys() - found == set()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "open(name)",
+        "path.open('wb')",
+        "path.open()",
+        "Path(name).write_text('')",
+        "os.open(name, 0)",
+        "np.load(name)",
+        "folder.mkdir()",
+        "sqlite3.connect(name)",
+        "figure.savefig(name)",
+    ],
+)
+def test_a_call_that_opens_a_file_is_seen(text):
+    assert len(list(calls(text))) == 1
+
+
+@pytest.mark.parametrize("text", ["gripper.open()", "Pillow.open(stream)", "text.replace('a', 'b')"])
+def test_other_calls_are_not(text):
+    assert list(calls(text)) == []
