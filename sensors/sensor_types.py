@@ -6,6 +6,7 @@ Packages register theirs through the entry point group `tickgraph.sensors`: each
 from __future__ import annotations
 
 import logging
+import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module, metadata
@@ -85,6 +86,9 @@ class SensorType:
 
 _types: dict[str, SensorType] = {}
 _loaded = False
+_here = threading.local()
+"""Whether this thread loads them."""
+_LOCK = threading.RLock()
 
 
 def register_sensor_type(kind: SensorType) -> None:
@@ -151,13 +155,24 @@ def sensor_problems(stage: Usd.Stage) -> Iterable[tuple[str, str]]:
 
 
 def _load() -> None:
-    """Registers the shipped types and those of installed packages, once."""
+    """Registers the shipped types and those of installed packages, once; other threads wait until all are there."""
     global _loaded
-    if _loaded:
+    if _loaded or getattr(_here, "loading", False):  # a module that is being imported registers its type
         return
-    _loaded = True
-    for module in BUILT_IN:
-        import_module(module)
+    _here.loading = True
+    try:
+        # Outside of our lock: another thread may import one of these modules, and wait for it.
+        for module in BUILT_IN:
+            import_module(module)
+        with _LOCK:
+            if not _loaded:
+                _load_packages()
+                _loaded = True
+    finally:
+        _here.loading = False
+
+
+def _load_packages() -> None:
     for entry in sorted(metadata.entry_points(group=ENTRY_POINTS), key=lambda entry: (entry.name, entry.value)):
         try:
             register_sensor_type(entry.load())

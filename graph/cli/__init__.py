@@ -11,9 +11,9 @@ def command() -> int:
         for number in ENDING[1:]:
             if signal.getsignal(number) == signal.SIG_DFL:  # nohup ignores this signal
                 signal.signal(number, signal.default_int_handler)  # raises KeyboardInterrupt, as Ctrl-C does
-        from .main import main
+        from .main import leave, main
 
-        return main()
+        return leave(main())
     except KeyboardInterrupt:
         import os
 

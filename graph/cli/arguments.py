@@ -97,9 +97,10 @@ def add_live(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="NAME[:HOST][:PORT]",
         help="send every message while the run goes on, and receive those that the graph subscribes to; may be "
-        "repeated. NAME is foxglove (a server for its app; port 8765), rerun (a viewer; port 9876), dds (ROS 2 over "
-        "DDS, in the domain ROS_DOMAIN_ID) or zenoh (ROS 2 over zenoh; its router's port 7447). HOST is this machine "
-        "alone (127.0.0.1) unless it is given; for dds it is the interface to use. Most useful with --realtime",
+        "repeated. NAME is foxglove (a server for its app, which watches; port 8765), foxglove:control (which may "
+        "publish too), rerun (a viewer; port 9876), dds (ROS 2 over DDS, in the domain ROS_DOMAIN_ID) or zenoh (ROS 2 "
+        "over zenoh; its router's port 7447). HOST is this machine alone (127.0.0.1) unless it is given; for dds it is "
+        "the interface to use. Most useful with --realtime",
     )
 
 

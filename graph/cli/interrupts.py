@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -12,8 +13,14 @@ from graph.base.signals import ENDING, HANGUP
 
 @contextmanager
 def between_updates() -> Iterator[list[int]]:
-    """After Ctrl-C, SIGTERM or a closed terminal the present update is finished; a second Ctrl-C stops at once."""
+    """After Ctrl-C, SIGTERM or a closed terminal the present update is finished; a second Ctrl-C stops at once.
+
+    Outside of the main thread, which alone gets signals, nothing is changed.
+    """
     received: list[int] = []
+    if threading.current_thread() is not threading.main_thread():
+        yield received
+        return
 
     def note(signum: int, frame: Any) -> None:
         if received and signum != HANGUP:  # a closing terminal may send it twice

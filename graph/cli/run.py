@@ -154,8 +154,8 @@ def run(args: argparse.Namespace) -> int:
                 app.bus.subscribe(frames)
                 player = play_into(app, sources) if sources else None
                 live = [connect(app, target) for target in targets]
-                for sink in live:
-                    tell(f"live {sink.name}: {sink.transport.place}")
+                for sink, target in zip(live, targets, strict=True):
+                    tell(f"live {sink.name}: {sink.transport.place}{target.advice}")
                 started = time.perf_counter()
                 if meter is not None:
                     cleanup.enter_context(meter.watching())

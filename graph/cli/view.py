@@ -23,7 +23,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "run", metavar="RUN", type=Path, help="folder of a run (--out), a .mcap or .db3 file, or a rosbag2 folder"
     )
     parser.add_argument(
-        "--out", type=Path, metavar="DIR", help=f"folder to write into (default: {FOLDER} in the folder of the run)"
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help=f"folder to write into (default: {FOLDER} in the folder of the run; for a file {FOLDER}/NAME beside it)",
     )
     parser.add_argument(
         "--topic", action="append", default=[], metavar="T", help="show this topic, * for any text; may be repeated"
@@ -46,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
     if not 6 <= args.size <= MOST_MB:
         raise UserError(f"--size {args.size:g}: the page needs 6 to {MOST_MB:g} MB")
     source: Path = args.run if args.run.is_dir() else args.run.parent
-    out = args.out or source / FOLDER
+    out = args.out or (source / FOLDER if args.run.is_dir() else source / FOLDER / args.run.name)
     check_folder(out)
     with open_run(args.run, whole=False) as recording, reading(recording):
         topics = named_topics(recording, args.topic)

@@ -48,7 +48,7 @@ def export(run: RunReader, form: str, out: Path, patterns: Sequence[str] = (), *
         lines += _write_images(run, form, {topic: places[topic] for topic in pictured})
     if tabled:
         tables.write_tables(run, tabled)
-        lines += (f"wrote {path}" for path in tabled.values())
+        lines += (f"wrote {topic} into {path}" for topic, path in tabled.items())
     return lines
 
 

@@ -7,6 +7,7 @@ imported when no shipped type has the name; a package that fails is left out, wi
 from __future__ import annotations
 
 import logging
+import threading
 from collections.abc import Callable, Iterable, Iterator
 from importlib import import_module
 
@@ -43,6 +44,7 @@ class Registry:
         """Knows the types that are not available here, and former names."""
         self._finders = tuple(finders)
         self._asked = 0
+        self._asking = threading.RLock()
 
     def add(self, node_type: NodeType) -> None:
         """Registers a type. Raises UserError, which names both origins, if its id is taken."""
@@ -161,13 +163,14 @@ class Registry:
         return self._asked > before
 
     def _ask(self, count: int) -> None:
-        while self._asked < min(count, len(self._finders)):
-            self._asked += 1
-            try:
-                self._finders[self._asked - 1](self)
-            except UserError:
-                self._asked -= 1
-                raise
+        with self._asking:  # other threads wait until what a finder adds is there
+            while self._asked < min(count, len(self._finders)):
+                self._asked += 1
+                try:
+                    self._finders[self._asked - 1](self)
+                except UserError:
+                    self._asked -= 1
+                    raise
 
     def note(self, module: str, ids: Iterable[str]) -> None:
         """Records the types that a shipped module registers; the module is imported when one of them is used."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import importlib
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -36,9 +37,11 @@ def import_open3d() -> ModuleType:
 
     Raises UserError, with the command that installs it, if a system library or Open3D is missing.
     """
-    already = sys.modules.get("open3d")
-    if already is not None:
-        return already
+    with _IMPORTING:  # a second thread waits, instead of taking a half imported module
+        return sys.modules.get("open3d") or _imported_open3d()
+
+
+def _imported_open3d() -> ModuleType:
     missing = missing_system_libraries()
     if missing:
         raise UserError(f"Open3D needs {', '.join(missing)}, which is missing on this machine. Run: {INSTALL_HINT}")
@@ -48,6 +51,9 @@ def import_open3d() -> ModuleType:
             return importlib.import_module("open3d")
     except ImportError as error:
         raise UserError(f"Open3D does not import ({error}). Run `graph doctor` to see what is missing") from error
+
+
+_IMPORTING = threading.RLock()
 
 
 class _Later(ModuleType):

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from graph.sim.messages.run_reader import RunReader
 
 PAGE = "view.html"
-SCRIPTS = ("plain.js", "page.js", "scene.js", "panels.js")
+SCRIPTS = ("page.js", "scene.js", "panels.js")
 PICTURE_PERIOD = 1.0
 """Seconds of simulation between the PNG files of a topic."""
 MEGABYTE = 1_000_000
@@ -137,7 +137,7 @@ def radar_data(panel: CloudPanel) -> dict[str, Any] | None:
 def write_pictures(found: Collected, out: Path) -> list[Path]:
     """One PNG a second of each camera, each range image and each cloud from above."""
     written: list[Path] = []
-    names = file_names([*found.pictures, *found.ranges, *found.clouds])
+    names = file_names([*found.pictures, *found.ranges, *found.clouds], ("", "_range", "_top"))
 
     def write(what: str, pictures: Iterable[tuple[int, Callable[[], Any]]]) -> None:
         due = -np.inf

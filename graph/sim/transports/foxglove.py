@@ -1,6 +1,7 @@
 """Serves topics to Foxglove over a WebSocket: the CDR bytes of a recording, with their definitions.
 
-Foxglove's time is simulation time. Clients may publish too, as CDR.
+Foxglove's time is simulation time. Clients may publish too, as CDR, if the target says so: the server
+asks no client for its origin, so a web page that the user visits while the graph runs could drive the robot.
 """
 
 from __future__ import annotations
@@ -17,8 +18,12 @@ from graph.sim.messages.ros_types import definition
 from .targets import Target
 from .transport import NotSentError, Outgoing
 
+MOST_NAME = 1000
+"""Characters of a topic that are kept."""
 BACKLOG = 64
 """Most messages that the server keeps for one client; for a client that is slower it drops the oldest."""
+MOST_CHANNELS = 1000
+"""Channels that clients may announce in all; beyond, the oldest are forgotten."""
 _SETTLE_S = 0.2
 """How long the server is left to pass on the last messages, since it does not say when it has."""
 
@@ -41,6 +46,7 @@ class FoxgloveTransport:
         self._latched: dict[str, Outgoing] = {}
         self._receivers: dict[str, tuple[str, Callable[[bytes], None]]] = {}
         self._published: dict[tuple[int, int], str] = {}
+        capabilities = [Capability.Time, *([Capability.ClientPublish] if target.control else ())]
         self._now_ns = -1
         self._sent_at = 0.0
         self._slow = _SlowClients()
@@ -49,7 +55,7 @@ class FoxgloveTransport:
                 name="TickGraph",
                 host=target.host,
                 port=target.port,
-                capabilities=[Capability.ClientPublish, Capability.Time],
+                capabilities=capabilities,
                 supported_encodings=["cdr"],
                 server_listener=_Clients(self),
                 context=self._context,
@@ -123,7 +129,13 @@ class FoxgloveTransport:
         topic = topic_name(channel.topic)
         wanted = self._receivers.get(topic)
         if channel.encoding == "cdr" and (wanted is None or channel.schema_name in ("", wanted[0])):
-            self._published[client, channel.id] = topic
+            self._published[client, channel.id] = topic[:MOST_NAME]
+            if len(self._published) > MOST_CHANNELS:  # the server does not say when a client is gone
+                del self._published[next(iter(self._published))]
+
+    def client_unadvertises(self, client: int, channel: int) -> None:
+        """Forgets a channel."""
+        self._published.pop((client, channel), None)
 
     def client_publishes(self, client: int, channel: int, data: bytes) -> None:
         """Receives a client's message."""
@@ -148,7 +160,7 @@ class _Clients:
         self._transport.client_advertises(client.id, channel)
 
     def on_client_unadvertise(self, client: Any, client_channel_id: int) -> None:
-        pass
+        self._transport.client_unadvertises(client.id, client_channel_id)
 
     def on_message_data(self, client: Any, client_channel_id: int, data: bytes) -> None:
         self._transport.client_publishes(client.id, client_channel_id, data)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import heapq
 import threading
-from collections import deque
+from collections import Counter, deque
 from dataclasses import dataclass
 
 
@@ -16,37 +17,49 @@ class Received:
     data: bytes
 
 
-class Inbox:
-    """Received messages in the order of their arrival; beyond `most_bytes` the oldest are dropped and counted.
+MOST_MESSAGES = 100
+"""Messages of a topic that wait for an update, at most; a topic's own depth may be larger."""
 
-    `put` may be called in any thread.
+
+class Inbox:
+    """Received messages in the order of their arrival.
+
+    Beyond `most_bytes` in all, or a topic's depth, the oldest are dropped and counted: whoever floods a topic loses its
+    own messages, and an update has so many to put on the bus at most. `put` may be called in any thread.
     """
 
     def __init__(self, most_bytes: int) -> None:
         self._most_bytes = most_bytes
         self._lock = threading.Lock()
-        self._waiting: deque[Received] = deque()
-        self._bytes = 0
-        self._dropped: dict[str, int] = {}
+        self._waiting: dict[str, deque[tuple[int, Received]]] = {}
+        self._bytes = self._arrived = 0
+        self._dropped: Counter[str] = Counter()
 
-    def put(self, message: Received) -> None:
-        """Adds a message."""
+    def put(self, message: Received, depth: int = 0) -> None:
+        """Adds a message of a topic of which so many may wait."""
         with self._lock:
-            self._waiting.append(message)
+            queue = self._waiting.setdefault(message.topic, deque())
+            queue.append((self._arrived, message))
+            self._arrived += 1
             self._bytes += len(message.data)
-            while self._bytes > self._most_bytes and len(self._waiting) > 1:
-                oldest = self._waiting.popleft()
-                self._bytes -= len(oldest.data)
-                self._dropped[oldest.topic] = self._dropped.get(oldest.topic, 0) + 1
+            if len(queue) > max(depth, MOST_MESSAGES):
+                self._drop(queue)
+            while self._bytes > self._most_bytes and sum(map(len, self._waiting.values())) > 1:
+                self._drop(min(filter(None, self._waiting.values()), key=lambda one: one[0][0]))
 
-    def take(self) -> deque[Received]:
+    def take(self) -> list[Received]:
         """All messages that wait, which leave the inbox."""
-        if not self._waiting:
-            return deque()
+        if not self._bytes and not any(self._waiting.values()):
+            return []
         with self._lock:
-            waiting, self._waiting, self._bytes = self._waiting, deque(), 0
-        return waiting
+            waiting, self._waiting, self._bytes = self._waiting, {}, 0
+        return [message for _, message in heapq.merge(*waiting.values(), key=lambda one: one[0])]
 
     def dropped(self, topic: str) -> int:
         """How many messages of a topic were dropped."""
-        return self._dropped.get(topic, 0)
+        return self._dropped[topic]
+
+    def _drop(self, queue: deque[tuple[int, Received]]) -> None:
+        _, oldest = queue.popleft()
+        self._bytes -= len(oldest.data)
+        self._dropped[oldest.topic] += 1

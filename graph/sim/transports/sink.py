@@ -166,7 +166,8 @@ class LiveSink:
 
     def _subscribe(self, topic: Topic) -> None:
         inbox = self._inbox
-        self.transport.subscribe(topic, lambda data: inbox.put(Received(topic.name, topic.type_name, data)))
+        depth = topic.quality.depth
+        self.transport.subscribe(topic, lambda data: inbox.put(Received(topic.name, topic.type_name, data), depth))
 
     def _drop_oldest(self, *, latched_too: bool = False) -> None:
         place = next((at for at, one in enumerate(self._waiting) if latched_too or not one.latched), 0)

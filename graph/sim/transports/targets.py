@@ -1,4 +1,4 @@
-"""The texts of `--live`: NAME, NAME:HOST, NAME:PORT or NAME:HOST:PORT."""
+"""The texts of `--live`: NAME, NAME:HOST, NAME:PORT or NAME:HOST:PORT; foxglove:control... lets clients publish."""
 
 from __future__ import annotations
 
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from .sink import LiveSink
     from .transport import Transport
 
+CONTROL = "control"
+"""Stands behind foxglove: clients may publish."""
 LOOPBACK = "127.0.0.1"
 _MOST_DOMAIN = 232
 """The largest domain of ROS 2 whose ports exist (7400 + 250 * domain)."""
@@ -49,6 +51,14 @@ class Target:
     host: str = LOOPBACK
     port: int = 0
     domain: int = 0
+    control: bool = False
+    """Whether clients of a Foxglove server may publish."""
+
+    @property
+    def advice(self) -> str:
+        """What the line about the open transport ends with."""
+        watched = self.name == "foxglove" and not self.control
+        return f"; clients only watch, --live foxglove:{CONTROL} lets them publish" if watched else ""
 
     def __str__(self) -> str:
         return f"{self.name}:{self.host}" + (f":{self.port}" if self.port else "")
@@ -91,6 +101,9 @@ def connect(app: App, target: Target) -> LiveSink:
 
 def _read(text: str) -> Target:
     name, colon, place = text.partition(":")
+    control = name == "foxglove" and place.partition(":")[0] == CONTROL
+    if control:
+        _, colon, place = place.partition(":")
     kind = KINDS.get(name)
     if kind is None:
         raise UserError(
@@ -101,7 +114,7 @@ def _read(text: str) -> Target:
         if importlib.util.find_spec(library) is None:
             raise UserError(f"--live {name} needs the package {library}: pip install 'tickgraph[{name}]'")
     host, port = (LOOPBACK, kind.port or 0) if not colon else _place(text, place, kind.port)
-    return Target(name, host, port, _domain() if name in ("dds", "zenoh") else 0)
+    return Target(name, host, port, _domain() if name in ("dds", "zenoh") else 0, control)
 
 
 def _place(text: str, place: str, usual: int | None) -> tuple[str, int]:

@@ -11,7 +11,7 @@ pytest.importorskip("websockets", reason="the client of this test")
 def test_a_client_receives_the_bytes_of_the_recording_and_drives_the_robot(tmp_path):
     file, out, port = write_rig(tmp_path), tmp_path / "out", free_port()
     with listening("foxglove", CLOUDS, port) as client:
-        run_rig(file, out, "--live", f"foxglove:{port}")
+        run_rig(file, out, "--live", f"foxglove:control:{port}")
         said = heard(client)
     assert [kind for kind, _ in said["clouds"]] == ["sensor_msgs/msg/PointCloud2"] * CLOUDS
     clouds = digests(recorded(out, "/points"))
