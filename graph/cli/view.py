@@ -26,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--out",
         type=Path,
         metavar="DIR",
-        help=f"folder to write into (default: {FOLDER} in the folder of the run; for a file {FOLDER}/NAME beside it)",
+        help=f"folder to write into (default: {FOLDER} in the folder of the run; for a file {FOLDER}/FILE beside it)",
     )
     parser.add_argument(
         "--topic", action="append", default=[], metavar="T", help="show this topic, * for any text; may be repeated"
