@@ -69,6 +69,6 @@ def digest(path: str | Path) -> str:
 def check_regular(found: os.stat_result, path: str | Path) -> None:
     """Raises OSError unless the file is a regular one."""
     if stat.S_ISDIR(found.st_mode):
-        raise IsADirectoryError(errno.EISDIR, "it is a folder", str(path))
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     if not stat.S_ISREG(found.st_mode):
         raise OSError(errno.EINVAL, "it is not a regular file", str(path))

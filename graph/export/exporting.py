@@ -35,6 +35,7 @@ def export(run: RunReader, form: str, out: Path, patterns: Sequence[str] = (), *
     topics = _chosen(run, form, patterns)
     if form == "las":
         point_files.load_laspy()
+    make_folder(out)
     transforms = poses.read_transforms(run.read(_of_type(run, poses.TRANSFORMS)))
     if form in (kitti.NAME, nuscenes.NAME):
         write = kitti.write_kitti if form == kitti.NAME else nuscenes.write_nuscenes

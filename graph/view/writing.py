@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graph.base.errors import UserError
-from graph.base.outputs import replacing, write
+from graph.base.outputs import make_folder, replacing, write
 from graph.base.shorten import printable
 from graph.export.file_names import file_names
 from graph.sim.messages.cadence import SENSOR
@@ -58,7 +58,7 @@ def write_view(
         plotly=plotly,
         data=embedded(page_data(run, found, said)),
     )
-    file = out / PAGE
+    file = make_folder(out) / PAGE
     write(file, page)
     return [file, *write_pictures(found, out)], found.problems
 

@@ -380,3 +380,22 @@ def test_topics_that_would_share_a_file_get_names_of_their_own():
         "/A_b": "A_b_3",
         "/front/points": "front_points",
     }
+
+
+def test_names_of_files_are_short_and_all_different_with_their_endings():
+    names = file_names(["/a", "/a.csv", "/A", "/" + "x" * 300, "/" + "x" * 301, "/../..", "/a_2", "/\n"])
+    assert list(names.values())[:3] == ["a", "a.csv_2", "A_2"]
+    used = [f"{name}{ending}".lower() for name in names.values() for ending in ("", ".csv")]
+    assert len(set(used)) == len(used)
+    assert max(map(len, names.values())) <= 110
+    assert all("/" not in name and name not in (".", "..") for name in names.values())
+
+
+def test_a_page_does_not_take_the_place_of_another_recordings(tmp_path):
+    for name in ("a.mcap", "b.mcap"):
+        bus, sink = MessageBus(), McapSink(tmp_path / name)
+        bus.subscribe(sink)
+        bus.publish("/x", "std_msgs/msg/String", from_plain("std_msgs/msg/String", {"data": name}), 0)
+        bus.close()
+        assert main(["view", str(tmp_path / name)]) == 0
+    assert sorted(one.parent.name for one in (tmp_path / "view").rglob("view.html")) == ["a.mcap", "b.mcap"]
