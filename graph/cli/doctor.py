@@ -39,7 +39,6 @@ IMPORTS = {
     "open3d": ("open3d-cpu", "open3d"),
     "pxr.Usd": ("usd-core",),
     "platformdirs": ("platformdirs",),
-    "pydantic": ("pydantic",),
     "rich": ("rich",),
     "rosbags.typesys": ("rosbags",),
     "ruamel.yaml": ("ruamel.yaml",),

@@ -117,7 +117,7 @@ class Builder:
                 f"clock: zero_delay needs physics_hz = loop_hz, found {both[0]} and {both[1]}; give one of them",
                 key=True,
             )
-            clock = clock.model_copy(update={"physics_hz": None})  # report one mistake once
+            clock = clock.replaced(physics_hz=None)  # report one mistake once
         mark = self._key_mark("clock") if "clock" in self.root else None
         return ClockSpec(clock.physics_hz, clock.loop_hz, clock.experience, clock.parity, mark)
 
@@ -130,7 +130,7 @@ class Builder:
         size, seconds = record.split_size, record.split_seconds
         if size is not None and size < LEAST_PART:
             self._wrong(("record", "split_size"), f"record.split_size: {size} bytes; give {LEAST_PART:,} or more")
-        if not record.topics and "topics" in record.model_fields_set:
+        if not record.topics and "topics" in record.given:
             self._wrong(
                 ("record", "topics"), "record.topics: the list is empty; leave it out for all, or write exclude: ['*']"
             )

@@ -8,9 +8,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from graph.base.errors import Mark, Problem, UserError
+from graph.base.forms import FormError
 from graph.base.gc_pause import collector_paused
 from graph.spec.file_spec import FileSpec, GraphSpec
 
@@ -145,7 +144,7 @@ def _examine(source: Source, kind: str, path: Path | None, folder: Path, allow: 
 def _another_format(root: tree.Map) -> str | None:
     """Why no key can be checked: the file is not a graph file at all, or has a newer format."""
     version = root.get("tickgraph")
-    if "tickgraph" not in root and not any(key in model.GraphFile.model_fields for key in root):
+    if "tickgraph" not in root and not any(key in model.GraphFile.fields for key in root):
         return 'this is not a graph file: there is no "tickgraph" key; a graph file starts with "tickgraph: 1"'
     if isinstance(version, int) and not isinstance(version, bool) and version > model.VERSION:
         number = described(version).removeprefix("number ")
@@ -160,9 +159,9 @@ def _validated(
     dropped: list[tree.Location] = []
     for _ in range(4):  # leaving a part out can leave its parent incomplete; bounded
         try:
-            return model.GraphFile.model_validate(root), root, dropped
-        except ValidationError as error:
-            errors = error.errors(include_url=False)
+            return model.GraphFile.read(root), root, dropped
+        except FormError as error:
+            errors = error.errors
         if not dropped:
             told = {problem.mark for problem in problems}  # the value of an unreadable scalar is unknown
             problems += [one for one in messages.problems_of(errors, source, root) if one.mark not in told]

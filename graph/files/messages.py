@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, get_args
-
-from pydantic import BaseModel
-from pydantic_core import ErrorDetails
+from typing import Any
 
 from graph.base.errors import Problem
+from graph.base.forms import KEY, Error, Form
 from graph.base.suggest import did_you_mean
 
 from . import model
@@ -16,48 +14,47 @@ from .source import Source
 from .text import described, quoted, shown, suggestion
 from .tree import Location, Map, offset, value_at
 
-_WANTED = {
-    "dict_type": "a mapping",
-    "model_type": "a mapping",
-    "list_type": "a list",
-    "string_type": "text",
-    "int_type": "a whole number",
-    "float_type": "a number",
-    "bool_type": "true or false",
+WANTED = {
+    "mapping": "a mapping",
+    "list": "a list",
+    "text": "text",
+    "whole": "a whole number",
+    "number": "a number",
+    "truth": "true or false",
 }
 _NO_VERSION = 'there is no "tickgraph" key; a graph file starts with "tickgraph: 1"'
 
 
-def problems_of(errors: Iterable[ErrorDetails], source: Source, root: Map) -> list[Problem]:
+def problems_of(errors: Iterable[Error], source: Source, root: Map) -> list[Problem]:
     """One problem for each error of the models, in the order of the file."""
     errors = [*errors]
     unknown: dict[Location, list[str]] = {}
     for error in errors:
-        if error["type"] == "extra_forbidden":
-            unknown.setdefault(error["loc"][:-1], []).append(str(error["loc"][-1]))
+        if error.kind == "unknown":
+            unknown.setdefault(error.location[:-1], []).append(str(error.location[-1]))
     placed = [_problem(error, root) for error in errors if not _only_misspelt(error, unknown)]
     return [source.problem(at, message) for at, message in sorted(placed)]
 
 
-def _only_misspelt(error: ErrorDetails, unknown: Mapping[Location, Sequence[str]]) -> bool:
+def _only_misspelt(error: Error, unknown: Mapping[Location, Sequence[str]]) -> bool:
     """Whether a missing key is present with a typing error: that is one mistake, not two."""
-    if error["type"] != "missing":
+    if error.kind != "missing":
         return False
-    *parent, name = error["loc"]
+    *parent, name = error.location
     return any(did_you_mean(other, [str(name)]) for other in unknown.get(tuple(parent), ())[:100])
 
 
-def locations_of(errors: Iterable[ErrorDetails]) -> list[Location]:
+def locations_of(errors: Iterable[Error]) -> list[Location]:
     """What must be left out to make the tree valid: the value of each error, or the parent of a missing value."""
-    return [error["loc"][:-1] if error["type"] == "missing" else _tree_location(error["loc"])[0] for error in errors]
+    return [error.location[:-1] if error.kind == "missing" else _tree_location(error.location)[0] for error in errors]
 
 
-def _problem(error: ErrorDetails, root: Map) -> tuple[int, str]:
-    location, about_key = _tree_location(error["loc"])
-    kind = error["type"]
+def _problem(error: Error, root: Map) -> tuple[int, str]:
+    location, about_key = _tree_location(error.location)
+    kind = error.kind
     if location == ("tickgraph",):
         return offset(root, location), _version(kind, value_at(root, location))
-    if kind == "extra_forbidden":
+    if kind == "unknown":
         return offset(root, location, key=True), _unknown_key(location)
     if kind == "missing":
         parent, name = location[:-1], location[-1]
@@ -65,17 +62,23 @@ def _problem(error: ErrorDetails, root: Map) -> tuple[int, str]:
     value = value_at(root, location)
     name = label(location)
     at = offset(root, location, key=about_key)
-    if kind == "tickgraph":
-        text = error["msg"]
+    if kind == "refused":
+        text = error.detail
         return at, f"{label(location[:-1])}: {text}" if about_key else _joined(name, text)
-    if kind == "literal_error":
-        return at, f"{name}: {_choice(value, error.get('ctx', {}).get('expected', ''), location)}"
-    if kind == "string_too_short":
-        return at, f"{name} is empty; give it a value"
-    wanted = _WANTED.get(kind)
-    if wanted is None:  # a kind of error that the models do not produce today
-        return at, f"{name}: {error['msg']}"
-    return at, f"{name} must be {wanted}, found {described(value)}"
+    if kind == "choice":
+        return at, f"{name}: {_choice(value, error.detail)}"
+    if kind == "limit":
+        limit, size = error.detail
+        return (
+            at,
+            f"{name} is empty; give it a value" if limit == "min_length" else f"{name} has more than {size:,} keys",
+        )
+    return at, f"{name} must be {wanted(kind)}, found {described(value)}"
+
+
+def wanted(kind: str) -> str:
+    """What must stand there, in words: of one type, or of one of several."""
+    return " or ".join(dict.fromkeys(WANTED[one] for one in kind.split(" or ")))
 
 
 def _joined(name: str, text: str) -> str:
@@ -83,8 +86,8 @@ def _joined(name: str, text: str) -> str:
 
 
 def _tree_location(location: Sequence[str | int]) -> tuple[Location, bool]:
-    """The part of a pydantic location that exists in the tree, and whether the error is about the key itself."""
-    if location and location[-1] == "[key]":
+    """The part of an error's location that exists in the tree, and whether the error is about the key itself."""
+    if location and location[-1] == KEY:
         return tuple(location[:-1]), True
     return tuple(location), False
 
@@ -101,9 +104,8 @@ def _unknown_key(location: Location) -> str:
     return f"unknown key {quoted(str(key))}{place}{suggestion(str(key), _fields(parents))}"
 
 
-def _choice(value: Any, expected: str, location: Location) -> str:
-    field = _fields(location[:-1]).get(str(location[-1]))
-    choices = [str(choice) for choice in get_args(field.annotation)] if field is not None else [expected]
+def _choice(value: Any, allowed: Sequence[Any]) -> str:
+    choices = [str(choice) for choice in allowed]
     if isinstance(value, str):
         return f"{quoted(value)} is not a choice{suggestion(value, choices, listed='choose one of')}"
     return f"found {described(value)}; choose one of {', '.join(choices)}"
@@ -111,7 +113,7 @@ def _choice(value: Any, expected: str, location: Location) -> str:
 
 def _fields(location: Sequence[str | int]) -> Mapping[str, Any]:
     """The fields of the model that describes the mapping at a location."""
-    kind: type[BaseModel] = model.GraphFile
+    kind: type[Form] = model.GraphFile
     match [*location]:
         case ["scene"]:
             kind = model.Scene
@@ -125,7 +127,7 @@ def _fields(location: Sequence[str | int]) -> Mapping[str, Any]:
             kind = model.Node
         case ["graphs", _, "variables", _]:
             kind = model.Variable
-    return kind.model_fields
+    return kind.fields
 
 
 def label(location: Sequence[str | int]) -> str:

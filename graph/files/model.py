@@ -1,6 +1,6 @@
-"""The format of graph files as pydantic models; `graph schema` prints them and files are validated against them.
+"""The format of graph files as forms; `graph schema` prints them and files are validated against them.
 
-The models know only the form of the file. Node types and their attributes are checked when the graph is compiled,
+The forms know only the form of the file. Node types and their attributes are checked when the graph is compiled,
 inline prims and fidelity values when the scene is built; those checks report the same places.
 """
 
@@ -11,10 +11,8 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, PlainValidator, WithJsonSchema, model_validator
-from pydantic_core import PydanticCustomError
-
 from graph.base import exact
+from graph.base.forms import Before, Check, Field, Form, Refused
 from graph.values.types import parse_type
 
 from .connections import PATTERN
@@ -31,14 +29,9 @@ LONGEST_DURATION = 10**9
 """Longest duration [s], about 32 years."""
 
 
-def problem(message: str) -> PydanticCustomError:
-    """An error of a validator; its text is shown unchanged."""
-    return PydanticCustomError("tickgraph", "{text}", {"text": message})
-
-
 def _whole(value: Any) -> Any:
     if type(value) is not int:  # true and 1.0 equal 1 in Python, but are not versions
-        raise problem("must be a whole number")
+        raise Refused("must be a whole number")
     return value
 
 
@@ -54,45 +47,45 @@ def _span(value: Any) -> Fraction:
     meaning = f"a time in seconds such as 60, {LEAST_SPAN} or more"
     span = _positive(value, exact.duration, LONGEST_DURATION, meaning)
     if span < LEAST_SPAN:
-        raise problem(f"must be {meaning}, found {described(value)}")
+        raise Refused(f"must be {meaning}, found {described(value)}")
     return span
 
 
 def _positive(value: Any, convert: Callable[[int | float | str], Fraction], limit: int, meaning: str) -> Fraction:
     """An exact number above 0 and at most `limit`; `meaning` describes it in messages."""
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
-        raise problem(f"must be {meaning}, found {described(value)}")
+        raise Refused(f"must be {meaning}, found {described(value)}")
     try:
         number = convert(value)
     except ValueError:
-        raise problem(f"must be {meaning}, found {described(value)}") from None
+        raise Refused(f"must be {meaning}, found {described(value)}") from None
     if number <= 0:
-        raise problem(f"must be above 0, found {described(value)}; give {meaning}")
+        raise Refused(f"must be above 0, found {described(value)}; give {meaning}")
     if number > limit:
-        raise problem(f"must be at most {limit:,}, found {described(value)}; give {meaning}")
+        raise Refused(f"must be at most {limit:,}, found {described(value)}; give {meaning}")
     return number
 
 
 def _identifier(name: str) -> str:
     if not name.isidentifier():
-        raise problem(f"{quoted(name)} cannot be a name; use letters, digits and _, not starting with a digit")
+        raise Refused(f"{quoted(name)} cannot be a name; use letters, digits and _, not starting with a digit")
     return name
 
 
 def _attribute_name(name: str) -> str:
     prefix, _, rest = name.partition(":")
     if prefix not in ("inputs", "outputs", "state") or not rest or not _ATTRIBUTE.fullmatch(rest):
-        raise problem(f"{quoted(name)} cannot be an attribute; write inputs:name, outputs:name or state:name")
+        raise Refused(f"{quoted(name)} cannot be an attribute; write inputs:name, outputs:name or state:name")
     return name
 
 
 def _attribute_type(value: Any) -> str:
     if not isinstance(value, str):
-        raise problem(f"must be the name of a type such as double or float[3], found {described(value)}")
+        raise Refused(f"must be the name of a type such as double or float[3], found {described(value)}")
     try:
         parse_type(value)
     except ValueError as error:
-        raise problem(str(error)) from None
+        raise Refused(str(error)) from None
     return value
 
 
@@ -105,10 +98,10 @@ def _node_name(name: str) -> str:
 
 def _prim_path(path: str) -> str:
     if not path.startswith("/"):
-        raise problem(f'{quoted(path)} is not a prim path; it starts with "/", such as /World/{_safe(path)}')
+        raise Refused(f'{quoted(path)} is not a prim path; it starts with "/", such as /World/{_safe(path)}')
     for part in path[1:].split("/"):
         if not part.isidentifier():
-            raise problem(
+            raise Refused(
                 f"{quoted(path)} is not a prim path; {quoted(part)} cannot be a prim name: "
                 "use letters, digits and _, not starting with a digit"
             )
@@ -122,7 +115,7 @@ def _safe(text: str) -> str:
 
 def _setting_path(path: str) -> str:
     if not path.startswith("/") or path.endswith("/") or "//" in path or any(c.isspace() for c in path):
-        raise problem(f'{quoted(path)} is not a setting; settings are paths such as "/app/name"')
+        raise Refused(f'{quoted(path)} is not a setting; settings are paths such as "/app/name"')
     return path
 
 
@@ -131,13 +124,13 @@ def _setting(value: Any) -> Any:
         return value
     if isinstance(value, list) and all(isinstance(item, (bool, int, float, str)) for item in value):
         return value
-    raise problem(f"must be a number, text, true, false or a list of these, found {described(value)}")
+    raise Refused(f"must be a number, text, true, false or a list of these, found {described(value)}")
 
 
 def _knob(value: Any) -> Any:
     if isinstance(value, (bool, int, float, str)):
         return value
-    raise problem(f"must be a number, text, true or false, found {described(value)}")
+    raise Refused(f"must be a number, text, true or false, found {described(value)}")
 
 
 def _empty_if_null(value: Any) -> Any:
@@ -150,7 +143,7 @@ def _type_or_mapping(value: Any) -> Any:
         return {"type": value}
     if isinstance(value, dict):
         return value
-    raise problem(f"must be a type id or a mapping with a type, found {described(value)}")
+    raise Refused(f"must be a type id or a mapping with a type, found {described(value)}")
 
 
 _SCALAR_SCHEMA = {"type": ["number", "string", "boolean"]}
@@ -158,51 +151,24 @@ _PATH_KEYS: dict[str, Any] = {"propertyNames": {"pattern": "^/"}}
 _NUMBER_OR_FRACTION = {
     "anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"type": "string", "pattern": r"^\s*[0-9.eE+]+(/[0-9]+)?\s*$"}]
 }
-Rate = Annotated[Fraction, PlainValidator(_rate), WithJsonSchema(_NUMBER_OR_FRACTION)]
-Duration = Annotated[Fraction, PlainValidator(_duration), WithJsonSchema(_NUMBER_OR_FRACTION)]
-Span = Annotated[Fraction, PlainValidator(_span), WithJsonSchema(_NUMBER_OR_FRACTION)]
-Identifier = Annotated[str, PlainValidator(_identifier), WithJsonSchema({"type": "string"})]
-AttributeName = Annotated[
-    str, PlainValidator(_attribute_name), WithJsonSchema({"type": "string", "pattern": "^(inputs|outputs|state):."})
-]
-AttributeType = Annotated[str, PlainValidator(_attribute_type), WithJsonSchema({"type": "string"})]
-NodeName = Annotated[str, PlainValidator(_node_name), WithJsonSchema({"type": "string"})]
-PrimPath = Annotated[str, PlainValidator(_prim_path), WithJsonSchema({"type": "string"})]
-SettingPath = Annotated[str, PlainValidator(_setting_path), WithJsonSchema({"type": "string"})]
+Rate = Annotated[Fraction, Check(_rate, _NUMBER_OR_FRACTION)]
+Duration = Annotated[Fraction, Check(_duration, _NUMBER_OR_FRACTION)]
+Span = Annotated[Fraction, Check(_span, _NUMBER_OR_FRACTION)]
+Identifier = Annotated[str, Check(_identifier, {"type": "string"})]
+AttributeName = Annotated[str, Check(_attribute_name, {"type": "string", "pattern": "^(inputs|outputs|state):."})]
+AttributeType = Annotated[str, Check(_attribute_type, {"type": "string"})]
+NodeName = Annotated[str, Check(_node_name, {"type": "string"})]
+PrimPath = Annotated[str, Check(_prim_path, {"type": "string"})]
+SettingPath = Annotated[str, Check(_setting_path, {"type": "string"})]
 Setting = Annotated[
     Any,
-    PlainValidator(_setting),
-    WithJsonSchema({"type": ["number", "string", "boolean", "array"], "items": _SCALAR_SCHEMA}),
+    Check(_setting, {"type": ["number", "string", "boolean", "array"], "items": _SCALAR_SCHEMA}),
 ]
-Knob = Annotated[Any, PlainValidator(_knob), WithJsonSchema(_SCALAR_SCHEMA)]
-Connection = Annotated[str, Field(json_schema_extra={"pattern": PATTERN})]
+Knob = Annotated[Any, Check(_knob, _SCALAR_SCHEMA)]
+Connection = Annotated[str, Field(more={"pattern": PATTERN})]
 
 
-def _null_allowed(schema: dict[str, Any]) -> None:
-    """Says in the JSON Schema that `_Part` accepts null; drops pydantic's titles, which only repeat the names."""
-    schema.pop("title", None)
-    required = schema.get("required", ())
-    for name, field in schema["properties"].items():
-        field.pop("title", None)
-        if name in required or field.get("anyOf", [{}])[-1] == {"type": "null"}:
-            continue
-        about = {key: field.pop(key) for key in ("description", "default") if key in field}
-        schema["properties"][name] = {**about, "anyOf": [field, {"type": "null"}]}
-
-
-class _Part(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, json_schema_extra=_null_allowed)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _without_nulls(cls, value: Any) -> Any:
-        """A known key without a value (`graphs:` with nothing below it) counts as absent."""
-        if isinstance(value, dict) and None in value.values():
-            return {key: item for key, item in value.items() if item is not None or key not in cls.model_fields}
-        return value
-
-
-class Node(_Part):
+class Node(Form):
     """A node: its type, and the inputs that the file sets."""
 
     type: str = Field(
@@ -219,21 +185,21 @@ class Node(_Part):
     )
 
 
-class Variable(_Part):
+class Variable(Form):
     """A variable of a graph, read and written by its nodes."""
 
     type: str = Field(min_length=1, description="Attribute type, such as double, int, token or float[3].")
     value: Any = Field(default=None, description="Value at the start; the type's zero if left out.")
 
 
-InstanceEntry = Annotated[dict[str, Any], BeforeValidator(_empty_if_null)]
+InstanceEntry = Annotated[dict[str, Any], Before(_empty_if_null)]
 NodeEntry = Annotated[
     Node,
-    BeforeValidator(_type_or_mapping, json_schema_input_type=str | Node),
+    Before(_type_or_mapping, str | Node),
 ]
 
 
-class Graph(_Part):
+class Graph(Form):
     """A graph of nodes."""
 
     evaluator: Literal["execution", "push", "dirty_push"] = Field(
@@ -259,7 +225,7 @@ class Graph(_Part):
     instances: dict[PrimPath, InstanceEntry] = Field(
         default_factory=dict,
         description="Prims that have this graph, each with the values of variables that are its own.",
-        json_schema_extra=_PATH_KEYS,
+        more=_PATH_KEYS,
     )
     variables: dict[Identifier, Variable] = Field(default_factory=dict, description="Variables of the graph by name.")
     nodes: dict[NodeName, NodeEntry] = Field(
@@ -272,13 +238,11 @@ class Graph(_Part):
     )
 
 
-GraphEntry = Annotated[Graph, BeforeValidator(_empty_if_null, json_schema_input_type=Graph | None)]
-PrimEntry = Annotated[
-    dict[str, Any], BeforeValidator(_empty_if_null), WithJsonSchema({"anyOf": [PRIM, {"type": "null"}]})
-]
+GraphEntry = Annotated[Graph, Before(_empty_if_null, Graph | None)]
+PrimEntry = Annotated[dict[str, Any], Before(_empty_if_null, {"anyOf": [PRIM, {"type": "null"}]})]
 
 
-class Scene(_Part):
+class Scene(Form):
     """The world: a file, prims added to it, or both."""
 
     usd: str | None = Field(
@@ -295,11 +259,11 @@ class Scene(_Part):
         default_factory=dict,
         description="Prims to author, by path, in order: a type, a transform (translate, orient or rotate, scale), "
         "sizes, physics, and for sensors a config.",
-        json_schema_extra=_PATH_KEYS,
+        more=_PATH_KEYS,
     )
 
 
-class Clock(_Part):
+class Clock(Form):
     """Rates and behaviour of the clocks."""
 
     physics_hz: Rate | None = Field(
@@ -316,11 +280,11 @@ class Clock(_Part):
     )
 
 
-class Record(_Part):
+class Record(Form):
     """What a run writes."""
 
     mcap: str = Field(default="run.mcap", description="Name of the recording, relative to the output folder.")
-    split_size: Annotated[int, Field(strict=True)] | None = Field(
+    split_size: int | None = Field(
         default=None, description="Bytes at which the recording goes on in the next part, run_0.mcap, run_1.mcap, ..."
     )
     split_seconds: Span | None = Field(
@@ -333,10 +297,10 @@ class Record(_Part):
     exclude: list[str] = Field(default_factory=list, description="Topics to leave out, * for any text.")
 
 
-class GraphFile(_Part):
+class GraphFile(Form):
     """A TickGraph graph file: a scene, clocks, sensors and node graphs as data."""
 
-    tickgraph: Annotated[Literal[1], BeforeValidator(_whole)] = Field(description="Version of the file format.")
+    tickgraph: Annotated[Literal[1], Before(_whole)] = Field(description="Version of the file format.")
     scene: Scene = Scene()
     clock: Clock = Clock()
     duration: Duration | None = Field(
@@ -345,7 +309,7 @@ class GraphFile(_Part):
     settings: dict[SettingPath, Setting] = Field(
         default_factory=dict,
         description="Values in the settings tree by path, such as /rtx/hydra/supportMultiTickRate.",
-        json_schema_extra=_PATH_KEYS,
+        more=_PATH_KEYS,
     )
     fidelity: dict[str, Knob] = Field(
         default_factory=dict,
@@ -355,6 +319,6 @@ class GraphFile(_Part):
     graphs: dict[PrimPath, GraphEntry] = Field(
         default_factory=dict,
         description="Graphs by their paths on the stage, in order.",
-        json_schema_extra=_PATH_KEYS,
+        more=_PATH_KEYS,
     )
     record: Record = Record()

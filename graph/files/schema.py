@@ -35,7 +35,7 @@ def json_schema(
     schema = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "TickGraph graph file",
-        **model.GraphFile.model_json_schema(mode="validation"),
+        **model.GraphFile.schema(),
     }
     schema["$defs"]["Variable"]["properties"]["type"] |= {"enum": [*TYPES]}
     types = [*node_types]

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from graph.base.errors import Mark, Problem, UserError
+from graph.base.forms import FormError
 from graph.base.inputs import start_of
 from graph.base.limits import most
 from graph.files import messages as file_messages
@@ -101,7 +100,7 @@ def parse_cases(data: bytes, name: str, path: Path, allow: Iterable[str | Path] 
         root = test_tree(source, root, problems)
         if not root["cases"]:
             return CaseFile(name, (), tuple(problems))
-    if model.KEY not in root and not any(key in model.CaseFile.model_fields for key in root):
+    if model.KEY not in root and not any(key in model.CaseFile.fields for key in root):
         problems.append(source.problem(at, f'this is not a test file: there is no "{model.KEY}" key; {_start()}'))
         return CaseFile(name, (), tuple(problems))
     root = _valid_part(source, root, problems)
@@ -123,10 +122,10 @@ def _valid_part(source: Source, root: Map, problems: list[Problem]) -> Map:
     reported = False
     for _ in range(4):  # leaving a part out can leave its parent incomplete; bounded
         try:
-            model.CaseFile.model_validate(root)
+            model.CaseFile.read(root)
             return root
-        except ValidationError as error:
-            errors = error.errors(include_url=False)
+        except FormError as error:
+            errors = error.errors
         if not reported:
             problems += messages.problems_of(errors, source, root)
             reported = True
@@ -189,7 +188,7 @@ def _case(
     def wrong(message: str, *location: str) -> None:
         problems.append(source.problem(offset(tree, location, key=True), message))
 
-    setup = model.Case.model_validate(tree)
+    setup = model.Case.read(tree)
     written_out = setup.graph is not None and not isinstance(setup.graph, str)
     file: Path | None = None
     if setup.graph is not None and setup.node is not None:
@@ -212,9 +211,7 @@ def _case(
         if getattr(setup, key):
             wrong(f"{key}: only the test of a node takes it; leave it out", key)
     graph_file = messages.graph_tree(tree, tree["graph"] if written_out else None)
-    spec = Builder(source, graph_file, problems, None, folder, allow).build(
-        file_model.GraphFile.model_validate(graph_file)
-    )
+    spec = Builder(source, graph_file, problems, None, folder, allow).build(file_model.GraphFile.read(graph_file))
     files, written = _played(source, tree, setup, folder, allow, problems)
     return Case(name, setup, migrate(spec), file, setup.node, tree, source, files, written)
 

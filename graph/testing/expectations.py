@@ -26,7 +26,7 @@ def failures_of(case: Case, seen: Seen) -> Iterator[Problem]:
         # It ended early: further failures would only hide the reason.
         return
     if seen.exit == 2:
-        for section in sorted(expect.model_fields_set - {"error"}):
+        for section in sorted(expect.given - {"error"}):
             yield Problem(f"{section}: nothing ran, so nothing of it came", case.at("expect", section))
         return
     for reference, wanted in expect.fired.items():
@@ -192,7 +192,7 @@ def _differences(
 def _warnings(case: Case, wanted: Sequence[model.ExpectedWarning], seen: Seen) -> Iterator[Problem]:
     left = list(seen.warnings)
     # The most specific expectation chooses first: otherwise a bare code would take the only warning that fits it.
-    order = sorted(range(len(wanted)), key=lambda index: -len(wanted[index].model_fields_set))
+    order = sorted(range(len(wanted)), key=lambda index: -len(wanted[index].given))
     for index in order:
         one = wanted[index]
         found = next((warning for warning in left if _is(warning, one)), None)
@@ -218,5 +218,5 @@ def _is(warning: Any, wanted: model.ExpectedWarning) -> bool:
 
 
 def _warning(wanted: model.ExpectedWarning) -> str:
-    extra = [f"{key}: {value}" for key, value in wanted.model_dump(exclude={"code"}).items() if value is not None]
+    extra = [f"{key}: {value}" for key, value in wanted.plain().items() if key != "code" and value is not None]
     return wanted.code + (f" ({', '.join(extra)})" if extra else "")

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Annotated, Any
 
-from pydantic import PlainValidator, WithJsonSchema
-
-from graph.files.model import problem
+from graph.base.forms import Check, Refused
 from graph.files.text import described, quoted
 
 from .updates import UpdateList, read_range
@@ -19,23 +17,23 @@ MOST_UPDATES = 1_000_000
 def whole(value: Any) -> Any:
     """A whole number; true and 1.0 are refused."""
     if type(value) is not int:
-        raise problem("must be a whole number")
+        raise Refused("must be a whole number")
     return value
 
 
 def _update_list(value: Any) -> UpdateList:
     if not isinstance(value, list):
-        raise problem(f"must be a list of updates such as [0, 3, 6..9], found {described(value)}")
+        raise Refused(f"must be a list of updates such as [0, 3, 6..9], found {described(value)}")
     updates = UpdateList(tuple(map(_range, value)))
     if len(updates) > MOST_UPDATES:
-        raise problem(f"names more than {MOST_UPDATES:,} updates; write fewer")
+        raise Refused(f"names more than {MOST_UPDATES:,} updates; write fewer")
     return updates
 
 
 def _range(item: Any) -> range:
     found = read_range(item, MOST_UPDATES)
     if found is None:
-        raise problem(f"{_shown(item)} is not an update; write its index, 0 or more, or a range such as 0..11")
+        raise Refused(f"{_shown(item)} is not an update; write its index, 0 or more, or a range such as 0..11")
     return found
 
 
@@ -45,11 +43,11 @@ def _shown(item: Any) -> str:
 
 def _by_update(value: Any) -> Any:
     if not isinstance(value, dict):
-        raise problem(f"must be a mapping from updates to values by attribute, found {described(value)}")
+        raise Refused(f"must be a mapping from updates to values by attribute, found {described(value)}")
     for key, changes in value.items():
         _range(key)
         if not isinstance(changes, dict):
-            raise problem(f"update {key}: must be a mapping from attributes to values, found {described(changes)}")
+            raise Refused(f"update {key}: must be a mapping from attributes to values, found {described(changes)}")
     return value
 
 
@@ -58,7 +56,7 @@ def _values(value: Any) -> Any:
         for key in value:
             _range(key)
     elif not isinstance(value, list):
-        raise problem(
+        raise Refused(
             f"must be a list with the value after each update, or a mapping from updates to values, "
             f"found {described(value)}"
         )
@@ -70,7 +68,7 @@ def _count_or_updates(value: Any) -> Any:
         return value
     if isinstance(value, list):
         return _update_list(value)
-    raise problem(f"must be a count or a list of updates such as [0, 3, 6..9], found {described(value)}")
+    raise Refused(f"must be a count or a list of updates such as [0, 3, 6..9], found {described(value)}")
 
 
 def _playing(value: Any) -> Any:
@@ -82,7 +80,7 @@ def _play(value: Any) -> Any:
     entries = value if isinstance(value, list) else [value]
     for entry in entries:
         if not isinstance(entry, (str, dict)) or not entry:
-            raise problem(f"must be a file of messages, a message, or a list of such, found {described(value)}")
+            raise Refused(f"must be a file of messages, a message, or a list of such, found {described(value)}")
     return entries
 
 
@@ -94,14 +92,14 @@ def _tolerance(value: Any) -> Any:
 
 def _one_tolerance(value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not value >= 0:
-        raise problem(f"must be a number of 0 or more, or a mapping from attributes to such, found {described(value)}")
+        raise Refused(f"must be a number of 0 or more, or a mapping from attributes to such, found {described(value)}")
     return float(value)
 
 
 def _texts(value: Any) -> tuple[str, ...]:
     texts = value if isinstance(value, list) else [value]
     if not texts or not all(isinstance(text, str) and text for text in texts):
-        raise problem(f"must be a piece of the error's text, or a list of such, found {described(value)}")
+        raise Refused(f"must be a piece of the error's text, or a list of such, found {described(value)}")
     return tuple(texts)
 
 
@@ -119,7 +117,7 @@ def name_or_graph(value: Any, graph: Callable[[Any], Any]) -> Any:
     """A file name stays text, a mapping becomes a graph."""
     if isinstance(value, str):
         if not value:
-            raise problem("is empty; give it a value")
+            raise Refused("is empty; give it a value")
         return value
     return graph(value)
 
@@ -145,29 +143,23 @@ _MESSAGE: dict[str, Any] = {
     "additionalProperties": False,
 }
 
-Updates = Annotated[Any, PlainValidator(_update_list), WithJsonSchema(_UPDATES)]
-CountOrUpdates = Annotated[Any, PlainValidator(_count_or_updates), WithJsonSchema({"anyOf": [_COUNT, _UPDATES]})]
+Updates = Annotated[Any, Check(_update_list, _UPDATES)]
+CountOrUpdates = Annotated[Any, Check(_count_or_updates, {"anyOf": [_COUNT, _UPDATES]})]
 Changes = Annotated[
     Any,
-    PlainValidator(_by_update),
-    WithJsonSchema({"type": "object", "additionalProperties": {"type": "object"}, **_UPDATE_KEYS}),
+    Check(_by_update, {"type": "object", "additionalProperties": {"type": "object"}, **_UPDATE_KEYS}),
 ]
-Playing = Annotated[Any, PlainValidator(_playing), WithJsonSchema({"anyOf": [{"type": "boolean"}, _UPDATES]})]
+Playing = Annotated[Any, Check(_playing, {"anyOf": [{"type": "boolean"}, _UPDATES]})]
 Play = Annotated[
     list[Any],
-    PlainValidator(_play),
-    WithJsonSchema({"anyOf": [_TEXT, _MESSAGE, {"type": "array", "items": {"anyOf": [_TEXT, _MESSAGE]}}]}),
+    Check(_play, {"anyOf": [_TEXT, _MESSAGE, {"type": "array", "items": {"anyOf": [_TEXT, _MESSAGE]}}]}),
 ]
-Values = Annotated[
-    Any, PlainValidator(_values), WithJsonSchema({"anyOf": [{"type": "array"}, {"type": "object", **_UPDATE_KEYS}]})
-]
+Values = Annotated[Any, Check(_values, {"anyOf": [{"type": "array"}, {"type": "object", **_UPDATE_KEYS}]})]
 Tolerance = Annotated[
     Any,
-    PlainValidator(_tolerance),
-    WithJsonSchema({"anyOf": [_NUMBER, {"type": "object", "additionalProperties": _NUMBER}]}),
+    Check(_tolerance, {"anyOf": [_NUMBER, {"type": "object", "additionalProperties": _NUMBER}]}),
 ]
 Texts = Annotated[
     tuple[str, ...],
-    PlainValidator(_texts),
-    WithJsonSchema({"anyOf": [_TEXT, {"type": "array", "items": _TEXT, "minItems": 1}]}),
+    Check(_texts, {"anyOf": [_TEXT, {"type": "array", "items": _TEXT, "minItems": 1}]}),
 ]

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from pydantic import BaseModel
-from pydantic_core import ErrorDetails
-
 from graph.base.errors import Problem
+from graph.base.forms import Error, Form
 from graph.base.suggest import did_you_mean
 from graph.files import messages as file_messages
 from graph.files.source import Source
@@ -21,27 +19,19 @@ GRAPH_PATH = "/Graph"
 """The path of an inline graph of a test file."""
 
 _FILE_SECTIONS = ("scene", "clock", "settings", "fidelity")
-_WANTED = {
-    "dict_type": "a mapping",
-    "model_type": "a mapping",
-    "list_type": "a list",
-    "string_type": "text",
-    "int_type": "a whole number",
-    "bool_type": "true or false",
-}
 
 
-def problems_of(errors: Iterable[ErrorDetails], source: Source, root: Map) -> list[Problem]:
+def problems_of(errors: Iterable[Error], source: Source, root: Map) -> list[Problem]:
     """One problem for each error of the models."""
     errors = [*errors]
     found: list[Problem] = []
-    unknown = [error["loc"] for error in errors if error["type"] == "extra_forbidden"]
-    of_graph_file: dict[tuple[str | None, str], list[ErrorDetails]] = {}
+    unknown = [error.location for error in errors if error.kind == "unknown"]
+    of_graph_file: dict[tuple[str | None, str], list[Error]] = {}
     for error in errors:
-        case, rest = split(error["loc"])
+        case, rest = split(error.location)
         if as_graph_file(setup_at(root, case), rest) is not None:
             of_graph_file.setdefault((case, str(rest[0])), []).append(error)
-        elif error["type"] != "missing" or not _misspelt(error["loc"], unknown):
+        elif error.kind != "missing" or not _misspelt(error.location, unknown):
             at, message = _problem(error, case, rest, root)
             found.append(source.problem(at, message))
     for (case, _), group in of_graph_file.items():
@@ -50,15 +40,15 @@ def problems_of(errors: Iterable[ErrorDetails], source: Source, root: Map) -> li
 
 
 def _in_the_words_of_graph_files(
-    case: str | None, errors: Iterable[ErrorDetails], source: Source, root: Map
+    case: str | None, errors: Iterable[Error], source: Source, root: Map
 ) -> Iterator[Problem]:
-    moved: list[ErrorDetails] = []
+    moved: list[Error] = []
     file = root
     for error in errors:
-        section = as_graph_file(setup_at(root, case), split(error["loc"])[1])
+        section = as_graph_file(setup_at(root, case), split(error.location)[1])
         if section is not None:
             file, location = section
-            moved.append({**error, "loc": location})
+            moved.append(error._replace(location=location))
     for one in file_messages.problems_of(moved, source, file):
         yield Problem(named(case, one.message), one.mark)
 
@@ -120,12 +110,12 @@ def _entry(setup: Map, key: str) -> tuple[int, Any, int]:
     return key_at, setup[key], value_at
 
 
-def _problem(error: ErrorDetails, case: str | None, rest: Location, root: Map) -> tuple[int, str]:
-    location = error["loc"]
-    kind, value = error["type"], value_at(root, location)
+def _problem(error: Error, case: str | None, rest: Location, root: Map) -> tuple[int, str]:
+    location = error.location
+    kind, value = error.kind, value_at(root, location)
     if location == (model.KEY,):
         return offset(root, location), _version(kind, value)
-    if kind == "extra_forbidden":
+    if kind == "unknown":
         *parents, key = rest
         place = f" in {label(parents)}" if parents else ""
         known = suggestion(str(key), _fields(case, parents))
@@ -136,24 +126,19 @@ def _problem(error: ErrorDetails, case: str | None, rest: Location, root: Map) -
         return offset(root, location[:-1], key=True), named(case, where + message)
     at = offset(root, location)
     name = label(rest)
-    if kind == "tickgraph":
-        text = error["msg"]
+    if kind == "refused":
+        text = error.detail
         return at, named(case, f"{name} {text}" if text.startswith(("must ", "is ", "names ")) else f"{name}: {text}")
-    limits = error.get("ctx", {})
-    if kind == "greater_than_equal":
-        return at, named(case, f"{name} must be {limits['ge']} or more, found {described(value)}")
-    if kind == "less_than_equal":
-        return at, named(case, f"{name} must be at most {limits['le']:,}, found {described(value)}")
-    if kind == "literal_error":
-        return at, named(case, f"{name} must be {limits['expected']}, found {described(value)}")
-    if kind in ("string_too_short", "too_short"):
-        return at, named(case, f"{name} is empty; give it a value")
-    wanted = _WANTED.get(kind)
-    if wanted is None and not rest and case is not None:
-        wanted = "a mapping"
-    if wanted is None:
-        return at, named(case, f"{name}: {error['msg']}")
-    return at, named(case, f"{name} must be {wanted}, found {described(value)}")
+    if kind == "limit":
+        limit, size = error.detail
+        if limit == "min_length":
+            return at, named(case, f"{name} is empty; give it a value")
+        bound = f"{size:,} or more" if limit == "ge" else f"at most {size:,}"
+        return at, named(case, f"{name} must be {bound}, found {described(value)}")
+    if kind == "choice":
+        choices = " or ".join(repr(one) for one in error.detail)
+        return at, named(case, f"{name} must be {choices}, found {described(value)}")
+    return at, named(case, f"{name} must be {file_messages.wanted(kind)}, found {described(value)}")
 
 
 def _version(kind: str, value: Any) -> str:
@@ -164,7 +149,7 @@ def _version(kind: str, value: Any) -> str:
 
 def _fields(case: str | None, parents: Sequence[str | int]) -> Mapping[str, Any]:
     """The fields of the model that describes the mapping at a location."""
-    kind: type[BaseModel] = model.CaseFile if case is None else model.Case
+    kind: type[Form] = model.CaseFile if case is None else model.Case
     match [*parents]:
         case ["expect"]:
             kind = model.Expect
@@ -172,7 +157,7 @@ def _fields(case: str | None, parents: Sequence[str | int]) -> Mapping[str, Any]
             kind = model.ExpectedError
         case ["expect", "warnings", _]:
             kind = model.ExpectedWarning
-    return kind.model_fields
+    return kind.fields
 
 
 def label(location: Sequence[str | int]) -> str:

@@ -47,9 +47,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, WrapValidator
-
-from graph.files.model import Clock, Graph, Knob, Scene, Setting, SettingPath, Variable, _Part
+from graph.base.forms import Before, Field, Form, Wrap
+from graph.files.model import Clock, Graph, Knob, Scene, Setting, SettingPath, Variable
 
 from .fields import (
     MOST_UPDATES,
@@ -74,7 +73,7 @@ KEY = "tickgraph_tests"
 DEFAULT_TOLERANCE = 1e-9
 
 
-class ExpectedWarning(_Part):
+class ExpectedWarning(Form):
     """A warning that must come: its stable code and, if given, further parts of it."""
 
     code: str = Field(min_length=1, description="Stable code, such as aux-level-too-low.")
@@ -83,7 +82,7 @@ class ExpectedWarning(_Part):
     count: int | None = Field(default=None, ge=1, description="How often it was raised.")
 
 
-class ExpectedError(_Part):
+class ExpectedError(Form):
     """The error that must end the run; the other expectations apply to the updates before it."""
 
     message: Texts | None = Field(default=None, description="A piece of its text, or a list of pieces, all of them.")
@@ -93,19 +92,15 @@ class ExpectedError(_Part):
     update: int | None = Field(default=None, ge=0, description="The update in which it comes.")
 
 
-WarningEntry = Annotated[
-    ExpectedWarning, BeforeValidator(text_as("code"), json_schema_input_type=str | ExpectedWarning)
-]
-ErrorEntry = Annotated[
-    ExpectedError, BeforeValidator(text_as("message"), json_schema_input_type=str | list[str] | ExpectedError)
-]
+WarningEntry = Annotated[ExpectedWarning, Before(text_as("code"), str | ExpectedWarning)]
+ErrorEntry = Annotated[ExpectedError, Before(text_as("message"), str | list[str] | ExpectedError)]
 if TYPE_CHECKING:
     GraphEntry = Graph | str
 else:  # a union would put its members' names into the places of messages
-    GraphEntry = Annotated[Graph, WrapValidator(name_or_graph, json_schema_input_type=str | Graph)]
+    GraphEntry = Annotated[Graph, Wrap(name_or_graph, str | Graph)]
 
 
-class Expect(_Part):
+class Expect(Form):
     """What must have happened. Only what is named is checked, and errors."""
 
     fired: dict[str, CountOrUpdates] = Field(
@@ -135,7 +130,7 @@ class Expect(_Part):
     error: ErrorEntry | None = Field(default=None, description="The error that must end the run.")
 
 
-class Setup(_Part):
+class Setup(Form):
     """What runs, and how. Keys beside `cases` apply to every case that does not set them."""
 
     graph: GraphEntry | None = Field(
@@ -186,7 +181,7 @@ class Setup(_Part):
         "after the last.",
     )
     settings: dict[SettingPath, Setting] = Field(
-        default_factory=dict, description="Settings of the App; they beat the file's.", json_schema_extra=PATH_KEYS
+        default_factory=dict, description="Settings of the App; they beat the file's.", more=PATH_KEYS
     )
     fidelity: dict[str, Knob] = Field(default_factory=dict, description="Fidelity knobs; they beat the file's.")
     connect: dict[str, str] = Field(
@@ -208,11 +203,11 @@ class Case(Setup):
     expect: Expect = Expect()
 
 
-CaseEntry = Annotated[Case, BeforeValidator(empty_if_null, json_schema_input_type=Case | None)]
+CaseEntry = Annotated[Case, Before(empty_if_null, Case | None)]
 
 
 class CaseFile(Setup):
     """A TickGraph test file: tests of graphs and nodes as data, run by `graph test` and by pytest."""
 
-    tickgraph_tests: Annotated[Literal[1], BeforeValidator(whole)] = Field(description="Version of the format.")
+    tickgraph_tests: Annotated[Literal[1], Before(whole)] = Field(description="Version of the format.")
     cases: dict[str, CaseEntry] = Field(min_length=1, description="The tests by name, in order.")

@@ -15,7 +15,7 @@ def tests_schema(graph_file: Mapping[str, Any]) -> JsonSchema:
     schema: JsonSchema = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "TickGraph test file",
-        **model.CaseFile.model_json_schema(mode="validation"),
+        **model.CaseFile.schema(),
     }
     definitions = schema["$defs"]
     definitions.update({name: one for name, one in graph_file["$defs"].items() if name not in ("Case", "Expect")})
