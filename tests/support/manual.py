@@ -14,10 +14,9 @@ import re
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any, get_args
+from typing import Any, get_args, get_type_hints
 
-from pydantic import BaseModel
-
+from graph.base.forms import Form
 from graph.base.limits import LIMITS
 from graph.cli.completion import command_line
 from graph.cli.main import COMMANDS
@@ -120,10 +119,11 @@ def keys() -> str:
     return table(("key", "meaning"), ((f"`{key}`", text) for key, text in _keys(GraphFile, "")))
 
 
-def _keys(model: type[BaseModel], before: str) -> Iterator[tuple[str, str]]:
+def _keys(form: type[Form], before: str) -> Iterator[tuple[str, str]]:
     """The keys below a key (`clock.`), each with its description."""
-    for name, field in model.model_fields.items():
-        inner = next((one for one in _models(field.annotation) if one is not model), None)
+    hints = get_type_hints(form, include_extras=True)
+    for name, field in form.fields.items():
+        inner = next((one for one in _forms(hints[name]) if one is not form), None)
         if field.description:
             yield f"{before}{name}", field.description
         if inner is not None:
@@ -131,12 +131,12 @@ def _keys(model: type[BaseModel], before: str) -> Iterator[tuple[str, str]]:
             yield from _keys(inner, f"{before}{name}.{own}")
 
 
-def _models(hint: Any) -> Iterator[type[BaseModel]]:
-    """The models in a type hint, however deep."""
-    if isinstance(hint, type) and issubclass(hint, BaseModel):
+def _forms(hint: Any) -> Iterator[type[Form]]:
+    """The forms in a type hint, however deep."""
+    if isinstance(hint, type) and issubclass(hint, Form):
         yield hint
     for part in get_args(hint):
-        yield from _models(part)
+        yield from _forms(part)
 
 
 def prim_keys() -> str:
