@@ -6,11 +6,10 @@
 
 VENV := .venv
 BIN := $(VENV)/bin
-# Errors only: a mirror or proxy of one's own makes pip warn without end.
-PIP := $(BIN)/python -m pip --quiet --quiet --disable-pip-version-check
+PIP := @$(BIN)/python .ci/pip
 PINS := .ci/constraints.txt
 # Where PYTHONDONTWRITEBYTECODE is set, every start would compile what it imports.
-COMPILE := $(BIN)/python -m compileall -q graph nodes sensors
+COMPILE := @echo "compiling its Python files" && $(BIN)/python -m compileall -q graph nodes sensors
 # More options for pytest: make test PYTEST="-k lidar --cov"
 PYTEST :=
 SOURCES := graph nodes sensors tests graphs .github/pictures
@@ -57,14 +56,14 @@ $(VENV)/python.stamp: $(PINS)
 	@touch $@
 
 $(VENV)/run.stamp: $(VENV)/python.stamp pyproject.toml $(PINS)
-	@echo "installing into $(VENV): about 1.2 GB on disk"
+	@echo "installing the libraries into $(VENV): about 1.2 GB on disk"
 	$(PIP) install -c $(PINS) --no-build-isolation --editable .
 	$(COMPILE)
 	$(BIN)/graph doctor --warm
 	@touch $@
 
 $(VENV)/dev.stamp: $(VENV)/python.stamp pyproject.toml $(PINS)
-	@echo "installing into $(VENV): about 1.6 GB on disk"
+	@echo "installing the libraries, and what tests need, into $(VENV): about 1.6 GB on disk"
 	$(PIP) install -c $(PINS) --no-build-isolation --editable '.[dev,gl,foxglove,dds,zenoh]'
 	$(COMPILE)
 	$(BIN)/graph doctor --warm

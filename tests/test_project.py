@@ -2,6 +2,7 @@
 
 import os
 import re
+import runpy
 import subprocess
 import sys
 import tomllib
@@ -118,6 +119,8 @@ def test_the_wheel_ships_every_file_that_the_packages_read(tmp_path):
     }
     assert kept <= shipped
     assert any(name.endswith("licenses/LICENSE") for name in shipped)
+    examples = [path.relative_to(ROOT / "graphs") for path in (ROOT / "graphs").rglob("*") if path.is_file()]
+    assert {f"tickgraph_examples/{path}" for path in examples if "__pycache__" not in path.parts} <= shipped
     assert not any(name.startswith("tests") for name in shipped)
 
 
@@ -175,3 +178,25 @@ def test_no_file_is_left_unfinished():
         if mark.search(line)
     ]
     assert found == []
+
+
+@pytest.mark.parametrize(
+    ("line", "step"),
+    [
+        (
+            "  Downloading open3d_cpu-0.20.0-cp311-cp311-manylinux_2_35_x86_64.whl (115.3 MB)",
+            "downloading open3d-cpu: 115 MB",
+        ),
+        (
+            "Downloading https://host/x/usd_core-26.11-cp311-none-manylinux2014_x86_64.whl (28.9 MB)",
+            "downloading usd-core: 29 MB",
+        ),
+        ("Downloading rich-15.0.0-py3-none-any.whl (310 kB)", None),
+        ("Downloading pillow-13.0.0-cp311-cp311-manylinux_2_28_x86_64.whl (7.0 MB)", None),
+        ("Collecting numpy>=1.26", None),
+        ("Installing collected packages: numpy, rich, usd-core", "installing 3 packages"),
+    ],
+)
+def test_make_prints_a_line_for_each_large_step_of_pip(line, step):
+    script = runpy.run_path(str(ROOT / ".ci" / "pip"))
+    assert script["large_step"](line.strip()) == step

@@ -14,6 +14,7 @@ import numpy as np
 
 from graph.base.errors import UserError
 from graph.base.exact import NANOSECONDS
+from graph.base.extras import install_command
 from graph.base.outputs import replacing, replacing_text, write
 from graph.sim.transforms import quaternion
 
@@ -110,7 +111,7 @@ def load_laspy() -> Any:
     try:
         import laspy
     except ImportError:
-        raise UserError('--format las needs laspy; install it: pip install "tickgraph[las]"') from None
+        raise UserError(f"--format las needs laspy. Run: {install_command('las')}") from None
     return laspy
 
 

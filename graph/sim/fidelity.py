@@ -105,7 +105,7 @@ class Fidelity(PhysicsKnobs):
     camera_backend: Annotated[
         Literal["rays", "gl"],
         Knob(
-            "cameras cast rays, or OpenGL draws what it can (MuJoCo's renderer, pip install 'tickgraph[gl]'): colours, "
+            "cameras cast rays, or OpenGL draws what it can (MuJoCo's renderer, the extra gl): colours, "
             "depth, points, segmentations and motion of cameras without distortion",
             cost="gl: three drawings an image, whatever the number of triangles; fast with a graphics card only",
             error="gl: depth 1e-5; linear light in steps of 1 / 255; shadows to a few centimetres; area lights are "

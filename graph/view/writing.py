@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graph.base.errors import UserError
+from graph.base.extras import install_command
 from graph.base.outputs import make_folder, replacing, write
 from graph.base.shorten import printable
 from graph.export.file_names import file_names
@@ -191,5 +192,5 @@ def _plotly() -> str:
     try:
         from plotly.offline import get_plotlyjs
     except ImportError:
-        raise UserError("graph view needs plotly: pip install 'tickgraph[view]'") from None
+        raise UserError(f"graph view needs plotly. Run: {install_command('view')}") from None
     return str(get_plotlyjs()).replace("</script", "<\\/script")

@@ -14,7 +14,7 @@ from .camera_messages import MESSAGES, Reading, labels_message
 from .frame_publisher import STAMP_INPUTS, CameraPublisher, detach, product_of, publish_with, warn_about_stamps
 from .frame_writers import STRING, FrameWriter, stamps
 from .publishing import check_names, publisher_inputs, topic_name
-from .video import NO_ENCODER, has_encoder
+from .video import has_encoder, no_encoder
 
 if TYPE_CHECKING:
     import numpy as np
@@ -49,7 +49,7 @@ def check_camera(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
 def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
     yield from check_camera(node)
     if not node.db.connected("inputs:type") and node.db.inputs.type == COMPRESSED and not has_encoder():
-        yield "type", NO_ENCODER
+        yield "type", no_encoder()
 
 
 @node_type(
@@ -160,7 +160,7 @@ def _check_video(db: Database, product: RenderProduct) -> None:
     """Fails the node without an encoder, and for sizes that H.264 does not have."""
     width, height = product.resolution
     if not has_encoder():
-        db.fail(NO_ENCODER)
+        db.fail(no_encoder())
     if width % 2 or height % 2:
         db.fail(f"type {COMPRESSED} needs an even width and height; {product.path} has {width} x {height} pixels")
 

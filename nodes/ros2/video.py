@@ -6,10 +6,11 @@ from fractions import Fraction
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
+from graph.base.extras import install_command
+
 if TYPE_CHECKING:
     from .camera_messages import Reading
 
-NO_ENCODER = "type rgb_h264 needs the package av; install it with: pip install 'tickgraph[video]', or use type rgb"
 FORMAT = "h264"
 KEY_EVERY = 30
 """Frames from one that can be decoded alone to the next."""
@@ -22,6 +23,11 @@ OPTIONS = {
     "x264-params": "repeat-headers=1:annexb=1:sliced-threads=0",
 }
 """No frame waits for a later one, each key frame carries the headers, and one thread makes the bytes repeatable."""
+
+
+def no_encoder() -> str:
+    """What to do without the encoder."""
+    return f"type rgb_h264 needs the package av; use type rgb, or run: {install_command('video')}"
 
 
 def has_encoder() -> bool:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from graph.base.extras import install_command
 from sensors.errors import SensorValueError
 from sensors.prim import write
 from sensors.xform import Vector, place, world_pose
@@ -199,12 +200,12 @@ def write_directions(
     """Writes the direction texture of a projector that is a pinhole.
 
     size: width and height [px]; fx, fy: focal lengths [px], fy as fx by default; centre: where the axis meets the
-    pattern [px], in the middle by default. Needs OpenEXR (`pip install 'tickgraph[exr]'`); raises SensorValueError.
+    pattern [px], in the middle by default. Needs OpenEXR (the extra `exr`); raises SensorValueError.
     """
     try:
         import OpenEXR
     except ImportError:
-        raise SensorValueError(f"{file} would be an OpenEXR file. Run: pip install 'tickgraph[exr]'") from None
+        raise SensorValueError(f"{file} would be an OpenEXR file. Run: {install_command('exr')}") from None
     width, height = size
     across, down = centre or (width / 2, height / 2)
     x, y = np.meshgrid((np.arange(width) + 0.5 - across) / fx, (np.arange(height) + 0.5 - down) / (fy or fx))

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from graph.base.errors import UserError
+from graph.base.extras import install_command
 from graph.base.inputs import digest
 from graph.base.limits import check
 from graph.base.silence import silenced
@@ -66,7 +67,7 @@ def read_table(prim: Any, name: str, files: ImageFiles) -> tuple[Floats, str]:
     try:
         import OpenEXR
     except ImportError:
-        raise UserError(f"{where} is an OpenEXR file. Run: pip install 'tickgraph[exr]'") from None
+        raise UserError(f"{where} is an OpenEXR file. Run: {install_command('exr')}") from None
     return _read(OpenEXR, file, where)
 
 

@@ -10,6 +10,7 @@ from functools import cache
 from types import ModuleType
 
 from graph.base.errors import UserError
+from graph.base.extras import install_command
 
 CHOICE = "MUJOCO_GL"
 """The environment variable by which MuJoCo's renderer chooses: egl, osmesa or glfw."""
@@ -24,7 +25,7 @@ def require_opengl() -> None:
     UserError with the reason and what to do.
     """
     if importlib.util.find_spec("OpenGL") is None:
-        raise UserError(f"camera.backend=gl needs PyOpenGL. Run: pip install 'tickgraph[gl]' ({RAYS})")
+        raise UserError(f"camera.backend=gl needs PyOpenGL. Run: {install_command('gl')} ({RAYS})")
     try:
         context = _contexts().GLContext(16, 16)
         context.make_current()

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from graph.base.errors import UserError
+from graph.base.extras import install_command
 from graph.base.suggest import did_you_mean
 
 if TYPE_CHECKING:
@@ -112,7 +113,7 @@ def _read(text: str) -> Target:
         )
     for library in kind.libraries:
         if importlib.util.find_spec(library) is None:
-            raise UserError(f"--live {name} needs the package {library}: pip install 'tickgraph[{name}]'")
+            raise UserError(f"--live {name} needs the package {library}. Run: {install_command(name)}")
     host, port = (LOOPBACK, kind.port or 0) if not colon else _place(text, place, kind.port)
     return Target(name, host, port, _domain() if name in ("dds", "zenoh") else 0, control)
 

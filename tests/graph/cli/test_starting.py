@@ -6,6 +6,7 @@ import subprocess
 import numpy as np
 import pytest
 
+from graph.cli.examples import examples
 from graph.cli.new import KINDS
 from sensors import SUPPORTED_CAMERA_CONFIGS, SUPPORTED_LIDAR_CONFIGS, SUPPORTED_RADAR_CONFIGS
 from sensors.configs.summary import arc
@@ -14,7 +15,12 @@ from sensors.configs.summary import arc
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_new_file_is_valid_and_runs(kind, graph, folder):
     made = graph("new", kind, "start.yaml")
-    assert (made.code, made.out) == (0, "wrote start.yaml; next: graph run start.yaml --out out/start\n")
+    drives = kind == "diffdrive"
+    files, play = (
+        ("start.yaml and start.commands.yaml", "--play start.commands.yaml ") if drives else ("start.yaml", "")
+    )
+    lines = (f"wrote {files}; next:", f"  graph run start.yaml {play}--out out/start", "  graph view out/start", "")
+    assert (made.code, made.out) == (0, "\n".join(lines))
     assert "FILE" not in (folder / "start.yaml").read_text()
     checked = graph("check", "start.yaml")
     assert (checked.code, checked.err) == (0, "")
@@ -30,6 +36,41 @@ def test_a_new_file_never_replaces_one(graph, folder):
     assert graph("new", "lidar", "mine.txt").err == "graph: mine.txt: the file is YAML; give it the ending .yaml\n"
     missing = graph("new", "lidar", "deep/mine.yaml")
     assert missing.err == "graph: deep/mine.yaml: its folder deep does not exist; make it first\n"
+
+
+def test_the_messages_of_the_new_robot_move_it(graph, folder):
+    graph("new", "diffdrive", "robot.yaml")
+    ran = graph("run", "robot.yaml", "--play", "robot.commands.yaml", "--duration", 1, "--json", "--out", "out")
+    assert (ran.code, json.loads(ran.out)["topics"]["/cmd_vel"]["messages"]) == (0, 1)
+    assert "COMMANDS" not in (folder / "robot.yaml").read_text()
+
+
+def test_every_example_is_listed_and_copied_with_all_that_it_needs(graph, folder):
+    names = {row.split("\t")[0] for row in graph("new", "--list").out.splitlines() if row}
+    assert names == {*KINDS, *examples()}
+    assert {"yard", "quickstart", "arm"} <= names
+    for name in ("yard", "arm", "quickstart", "camera_pipeline"):
+        made = graph("new", name, name)
+        assert made.code == 0, made.err
+        assert made.out.splitlines()[1:] == [
+            f"  graph run {name}/{name}.yaml --out out/{name}",
+            f"  graph view out/{name}",
+        ]
+        checked = graph("check", f"{name}/{name}.yaml", f"{name}/{name}.test.yaml")
+        assert checked.code == 0, checked.err
+    assert {file.name for file in (folder / "yard").rglob("*") if file.is_file()} == {
+        *("yard.yaml", "yard.test.yaml", "yard.usda", "yard_static.usdc"),
+    }
+
+
+def test_an_example_never_replaces_a_folder_with_files(graph, folder):
+    (folder / "yard").mkdir()
+    (folder / "yard" / "mine").write_text("mine")
+    assert graph("new", "yard", "yard").err == "graph: yard exists; give another name, or remove it first\n"
+    assert graph("new", "yrad", "x").err == 'graph: there is no example "yrad"; did you mean "yard"?\n'
+    assert graph("new", "yard").err == "graph: name what to write: graph new yard DIR\n"
+    assert graph("new").code == 2
+    assert [file.name for file in (folder / "yard").iterdir()] == ["mine"]
 
 
 def test_the_new_robot_drives_as_commanded(graph, folder):

@@ -224,7 +224,7 @@ def test_video_of_an_odd_size_is_refused_in_one_line(app):
 
 def test_video_without_its_package_is_refused_in_one_line(app, monkeypatch):
     monkeypatch.setattr("nodes.ros2.camera_helper.has_encoder", lambda: False)
-    with pytest.raises(ComputeError, match=r"needs the package av; install it with: pip install 'tickgraph\[video\]'"):
+    with pytest.raises(ComputeError, match=r"needs the package av; use type rgb, or run: .*pip install .*\[video\]'"):
         helper(app, "rgb_h264")
 
 

@@ -10,6 +10,7 @@ from PIL import Image
 from pxr import Gf, Sdf, UsdGeom, UsdLux, UsdShade
 
 from graph.base.errors import UserError
+from graph.base.extras import install_command
 from graph.sim import App
 from graph.sim.opengl.context import require_opengl
 from sensors.replicator import get_annotator
@@ -207,4 +208,4 @@ def test_without_opengl_a_run_ends_before_play_with_the_reason_and_the_remedy(tm
     assert done.returncode == 2
     [line] = done.stderr.strip().splitlines()
     assert "camera.backend" in line
-    assert "pip install 'tickgraph[gl]'" in line or "Unset the environment variable MUJOCO_GL" in line
+    assert install_command("gl") in line or "Unset the environment variable MUJOCO_GL" in line

@@ -6,6 +6,7 @@ import sys
 import pytest
 
 from graph.base.errors import UserError
+from graph.base.extras import install_command
 from graph.cli.main import main
 from graph.sim.transports import targets
 from graph.sim.transports.targets import Target, read_targets
@@ -77,7 +78,7 @@ def test_without_the_extra_the_line_says_how_to_install_it_and_nothing_is_writte
     monkeypatch.setattr(targets.importlib.util, "find_spec", lambda name: None)
     out = tmp_path / "out"
     assert main(["run", "graphs/quickstart.yaml", "--live", name, "--out", str(out)]) == 2
-    assert f"pip install 'tickgraph[{name}]'" in capsys.readouterr().err
+    assert install_command(name) in capsys.readouterr().err
     assert not out.exists()
 
 
