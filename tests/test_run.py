@@ -76,7 +76,7 @@ def test_the_report_names_updates_nodes_and_timing(tmp_path, small, capsys):
     assert report["updates"] == 30
     assert report["physics_steps"] == 120
     assert report["nodes"]["/World/Graph/tick"] == {"computes": 30}
-    assert set(report["timing_s"]) == {"physics", "render", "graph", "io"}
+    assert set(report["timing_s"]) == {"physics", "render", "graph", "io", "compile"}
     assert report["topics"]["/clock"]["messages"] == 30
 
 

@@ -109,6 +109,7 @@ def run(args: argparse.Namespace) -> int:
     from graph.sim.settings import suggestion
     from graph.sim.transports.targets import connect, read_targets
     from graph.trade.meter import Meter, MeteredSink
+    from sensors.compiled.compile_time import COMPILING
     from sensors.writers.preview import Previews
 
     from .explain_clocks import MOST_PLANNED_UPDATES, plan_updates
@@ -156,7 +157,7 @@ def run(args: argparse.Namespace) -> int:
                 live = [connect(app, target) for target in targets]
                 for sink, target in zip(live, targets, strict=True):
                     tell(f"live {sink.name}: {sink.transport.place}{target.advice}")
-                started = time.perf_counter()
+                started, compiled = time.perf_counter(), COMPILING.seconds
                 if meter is not None:
                     cleanup.enter_context(meter.watching())
                     meter.follow(app)
@@ -199,7 +200,8 @@ def run(args: argparse.Namespace) -> int:
                     app.warn(*warning)
                 for warning in (*frames.warnings(app.bus), *shared_topics(app.bus)):
                     app.warn(*warning)
-                report = build_report(app, session.runner, counter, time.perf_counter() - started, live, meter)
+                wall, compiled = time.perf_counter() - started, COMPILING.seconds - compiled
+                report = build_report(app, session.runner, counter, wall, live, meter, compiled)
         except RunError as error:  # raised while the recording was finished
             if report is None:
                 raise

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from functools import cache, cached_property, update_wrapper
+from functools import cached_property, update_wrapper
 from types import FunctionType
 from typing import Any, Generic, ParamSpec, TypeVar, cast, overload
 
 from graph.base.errors import UserError
 
+from .compile_time import watch_compiling
 from .kept import Kept, numba
 
 P = ParamSpec("P")
@@ -85,7 +86,7 @@ class Compiled(Inlined[P, R]):
         """What Numba made of the function."""
         code = self._made(_nrt=self._makes_arrays)
         code._cache = self.kept  # in the place of Numba's own, which depends on the folder
-        _tell_of_compiling()
+        watch_compiling()
         return code
 
     @cached_property
@@ -109,24 +110,6 @@ def _tuple_files(names: dict[str, Any]) -> set[str]:
                 spaces.append(vars(sys.modules[one.__module__]))
     files = (getattr(sys.modules[module], "__file__", None) for module in modules)
     return {file for file in files if file is not None}
-
-
-@cache
-def _tell_of_compiling() -> None:
-    """From now on, says at a terminal why the first frame takes seconds, if it does."""
-    event = numba().core.event
-
-    class Compiling(event.Listener):  # type: ignore[misc, name-defined]
-        def on_start(self, event: Any) -> None:
-            print("compiling the sensors' loops: a few seconds, once on this machine", file=sys.stderr)
-            unregister("numba:compile", self)
-
-        def on_end(self, event: Any) -> None:
-            pass
-
-    unregister = event.unregister
-    if sys.stderr.isatty():
-        event.register("numba:compile", Compiling())
 
 
 def inlined(function: Callable[P, R]) -> Inlined[P, R]:
