@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import functools
 import re
+import shlex
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -201,6 +202,17 @@ def blocks(measure: bool = False, slow: bool = False) -> Iterator[Block]:
     yield Block("trade", "metrics", lambda _: metrics())
     yield Block("robustness", "limits", lambda _: limits())
     yield Block("stability", "extremes", lambda before: extremes(before, measure, slow))
+
+
+def words(line: str) -> list[str]:
+    """The arguments of a line that calls the command, without its comment."""
+    _, _, rest = line.partition("graph ")
+    return shlex.split(rest, comments=True)
+
+
+def parsed(line: str) -> None:
+    """Parses a line that calls the command. Raises SystemExit for an option or argument that it does not have."""
+    command_line().parse_args([word for word in words(line) if not word.startswith("--/")])
 
 
 def renewed(text: str, block: Block) -> str:
