@@ -25,6 +25,12 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
+def arguments() -> dict[str, list[argparse.Action]]:
+    """The arguments of every command, in the order of its --help."""
+    [commands] = (action for action in command_line()._actions if isinstance(action, argparse._SubParsersAction))
+    return {name: list(parser._actions) for name, parser in commands.choices.items()}
+
+
 def command_line() -> argparse.ArgumentParser:
     """The whole command line as one parser: every command with its options."""
     import shtab

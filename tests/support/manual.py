@@ -9,7 +9,9 @@ again (--slow: also those that take minutes); without it the page keeps their me
 from __future__ import annotations
 
 import argparse
+import contextlib
 import functools
+import io
 import re
 import shlex
 import sys
@@ -19,7 +21,7 @@ from typing import Any, get_args, get_type_hints
 
 from graph.base.forms import Form
 from graph.base.limits import LIMITS
-from graph.cli.completion import command_line
+from graph.cli import completion
 from graph.cli.main import COMMANDS
 from graph.files.model import GraphFile
 from graph.files.prim_schema import PRIM
@@ -63,10 +65,9 @@ def commands() -> str:
 @functools.cache
 def arguments() -> dict[str, dict[str, str]]:
     """The arguments of each command, in the order of its --help: how each is written, and what it does."""
-    [commands] = (action for action in command_line()._actions if isinstance(action, argparse._SubParsersAction))
     return {
-        name: {spelling(action): said(action) for action in parser._actions if action.help != argparse.SUPPRESS}
-        for name, parser in commands.choices.items()
+        name: {spelling(action): said(action) for action in actions if action.help != argparse.SUPPRESS}
+        for name, actions in completion.arguments().items()
     }
 
 
@@ -103,7 +104,7 @@ def shared_options() -> str:
 
 def said(action: argparse.Action) -> str:
     """The help of an argument; an option that may be given several times says so."""
-    several = isinstance(action, argparse._AppendAction) and "repeated" not in (action.help or "")
+    several = action.option_strings and isinstance(action.default, list) and "repeated" not in (action.help or "")
     return f"{action.help or ''}{'; may be repeated' if several else ''}"
 
 
@@ -210,9 +211,12 @@ def words(line: str) -> list[str]:
     return shlex.split(rest, comments=True)
 
 
-def parsed(line: str) -> None:
-    """Parses a line that calls the command. Raises SystemExit for an option or argument that it does not have."""
-    command_line().parse_args([word for word in words(line) if not word.startswith("--/")])
+def refused(line: str) -> str:
+    """What is wrong with a line that calls the command: an option or argument that it does not have; "" if nothing."""
+    said = io.StringIO()
+    with contextlib.redirect_stderr(said), contextlib.suppress(SystemExit):
+        completion.command_line().parse_args([word for word in words(line) if not word.startswith("--/")])
+    return f"{line}: {said.getvalue()}" if said.getvalue() else ""
 
 
 def renewed(text: str, block: Block) -> str:
