@@ -6,6 +6,7 @@ import argparse
 import os
 from pathlib import Path
 
+from graph.base.asset_roots import checked_roots
 from graph.base.errors import UserError
 from graph.base.limits import checked
 
@@ -18,14 +19,16 @@ def check_folder(folder: Path) -> None:
 
 
 def add_allow(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of every command that reads files: `--allow DIR` and `--limit NAME=VALUE`, each repeatable.
+    """Adds the arguments of every command that reads files, each repeatable.
 
-    `--allow`: folders whose files may be read besides those around the graph file. `--limit`: raises or lowers what a
-    file may ask for.
+    `--allow DIR`: folders whose files may be read besides those around the graph file. `--asset-root PREFIX=DIR`: the
+    folder of assets whose address begins so. `--limit NAME=VALUE`: raises or lowers what a file may ask for.
     """
     parser.add_argument(
         "--allow", action="append", default=[], type=folder, metavar="DIR", help="also allow files below DIR"
     )
+    text = "read assets whose address begins with PREFIX, such as package://my_robot, below DIR"
+    parser.add_argument("--asset-root", action="append", default=[], metavar="PREFIX=DIR", help=text)
     text = "change what a file may ask for at most; `graph help robustness` lists the names"
     parser.add_argument("--limit", action="append", default=[], metavar="NAME=VALUE", help=text)
 
@@ -141,6 +144,14 @@ def _pairs(options: list[str], flag: str, form: str) -> dict[str, str]:
             raise UserError(f"{flag} {option}: write it as {form}=VALUE")
         pairs[key] = value
     return pairs
+
+
+def asset_roots_of(args: argparse.Namespace) -> dict[str, Path]:
+    """The folder of each asset root of a command line. Raises UserError for a wrong one."""
+    try:
+        return checked_roots(_pairs(getattr(args, "asset_root", []), "--asset-root", "PREFIX"))
+    except ValueError as error:
+        raise UserError(f"--asset-root: {error}") from None
 
 
 def limits_of(args: argparse.Namespace) -> dict[str, int]:

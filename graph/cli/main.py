@@ -231,10 +231,11 @@ def _dispatch(arguments: list[str], debug: bool) -> int:
     command = COMMANDS[name]
     if settings and not command.settings:
         raise UserError(f"graph {name} builds no App and takes no settings; leave out --{next(iter(settings))}")
+    from graph.base.asset_roots import mapped
     from graph.base.hidden import refuse_hidden_packages
     from graph.base.limits import raised
 
-    from .arguments import limits_of
+    from .arguments import asset_roots_of, limits_of
     from .safe_log import safe_log
 
     safe_log(debug)
@@ -252,7 +253,7 @@ def _dispatch(arguments: list[str], debug: bool) -> int:
     args = parser.parse_args(options)
     args.settings = settings
     args.debug = args.debug or "--debug" in before
-    with raised(limits_of(args)):
+    with raised(limits_of(args)), mapped(asset_roots_of(args)):
         if files := getattr(args, "node_files", ()):
             from .node_files import load_node_files
 

@@ -23,7 +23,7 @@ from .source import Source
 from .text import quoted
 from .tree import Map, Seq, offset
 
-_SCENE_SUFFIXES = {"usd": (".usd", ".usda", ".usdc", ".usdz"), "mjcf": (".xml",)}
+_SCENE_SUFFIXES = {"usd": (".usd", ".usda", ".usdc", ".usdz"), "mjcf": (".xml",), "urdf": (".urdf", ".xml")}
 LEAST_PART = 10_000
 """Least size of a part of a recording, in bytes."""
 _MARKED_SECTIONS = ("scene", "clock", "settings", "fidelity", "record")
@@ -58,15 +58,17 @@ class Builder:
         )
 
     def _scene(self, scene: model.Scene) -> SceneSpec:
-        if scene.usd is not None and scene.mjcf is not None:
-            self._wrong(("scene", "mjcf"), "scene: give usd or mjcf, not both", key=True)
+        given = [key for key in _SCENE_SUFFIXES if getattr(scene, key) is not None]
+        if len(given) > 1:
+            self._wrong(("scene", given[1]), f"scene: give {' or '.join(given)}, not both", key=True)
         if scene.keyframe is not None and scene.mjcf is None:
             self._wrong(("scene", "keyframe"), "scene.keyframe: only an MJCF model (scene.mjcf) has any", key=True)
         prims = self.root.get("scene")
         prims = prims.get("prims") if isinstance(prims, Map) else None
         return SceneSpec(
             usd=self._scene_file("usd", scene.usd),
-            mjcf=self._scene_file("mjcf", scene.mjcf),
+            mjcf=self._scene_file("mjcf", scene.mjcf) or self._scene_file("urdf", scene.urdf),
+            is_urdf=scene.urdf is not None,
             prims={path: self._prim(path, keys) for path, keys in scene.prims.items()},
             mark=self._key_mark("scene") if "scene" in self.root else None,
             prim_marks=dict(self._prim_marks(prims)) if isinstance(prims, Map) else {},
@@ -78,7 +80,9 @@ class Builder:
             return None
         suffixes = _SCENE_SUFFIXES[key]
         if not text.lower().endswith(suffixes):
-            self._wrong(("scene", key), f"scene.{key}: {quoted(text)} does not end in {' or '.join(suffixes)}")
+            other = next((one for one, ends in _SCENE_SUFFIXES.items() if text.lower().endswith(ends)), None)
+            hint = f"; did you mean scene: {{{other}: {text}}}?" if other else ""
+            self._wrong(("scene", key), f"scene.{key}: {quoted(text)} does not end in {' or '.join(suffixes)}{hint}")
             return None
         return self._file(("scene", key), f"scene.{key}", text)
 

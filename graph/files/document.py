@@ -81,7 +81,7 @@ def _with_files(document: Mapping[str, Any], moved: Callable[[Any], Any]) -> dic
     if not isinstance(scene, Mapping):
         return dict(document)
     scene = dict(scene)
-    for key in ("usd", "mjcf"):
+    for key in ("usd", "mjcf", "urdf"):
         if key in scene:
             scene[key] = moved(scene[key])
     if isinstance(scene.get("prims"), Mapping):

@@ -252,6 +252,10 @@ class Scene(Form):
     mjcf: str | None = Field(
         default=None, description="MJCF model (.xml), relative to the graph file and below its folder."
     )
+    urdf: str | None = Field(
+        default=None,
+        description="URDF robot (.urdf), relative to the graph file and below its folder; packages by --asset-root.",
+    )
     keyframe: str | int | None = Field(
         default=None, description="Keyframe of the MJCF model to start in, by name or number. Left out: none."
     )

@@ -109,8 +109,9 @@ def _decode_bytes(data: bytes, name: str) -> str:
 
 def _no_graph_file(path: Path) -> str:
     suffix = path.suffix.lower()
-    if suffix == ".xml":
-        return "this is not a graph file; name an MJCF model in a graph file: scene: {mjcf: ...}"
+    for ending, key, said in ((".xml", "mjcf", "an MJCF model"), (".urdf", "urdf", "a URDF")):
+        if suffix == ending:
+            return f"this is not a graph file; name {said} in a graph file: scene: {{{key}: ...}}"
     return "a graph file ends in .yaml, .yml, .json, .usda, .usd or .usdc"
 
 

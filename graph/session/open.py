@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from graph.base.asset_roots import mapped
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.exact import shortest
 from graph.base.gc_pause import collector_paused
@@ -125,7 +126,7 @@ def build_parts(
     if spec is not None and stage is not None:
         with _collecting(problems), reading(scene):
             problems += () if flaws else stage_problems(stage, spec)
-            scene_lost = any(one.message.startswith(("scene.usd:", "scene.mjcf:")) for one in problems)
+            scene_lost = any(one.message.startswith(("scene.usd:", "scene.mjcf:", "scene.urdf:")) for one in problems)
             missing = [] if scene_lost else missing_targets(stage, spec, graphs, flawed=bool(flaws))
             refused = [*unrenderable_cameras(stage, spec, graphs), *prims_for_products(stage, spec, graphs)]
             refused += () if flaws else type_problems(stage, spec, graphs)
@@ -156,27 +157,29 @@ def open_session(
     skip_unknown: bool = False,
     allow_scripts: bool = False,
     prune: bool = True,
+    asset_roots: Mapping[str, str | Path] | None = None,
 ) -> Session:
     """Loads, checks and builds everything that `path` names (or a loaded file contains); nothing plays yet.
 
     `settings` and `fidelity` replace the file's. `on_error` is "stop" or "continue"; None means "continue" for a saved
     scene with missing assets or nodes that cannot work, else the setting nodeErrorsStop. Nodes that run code from
-    the file are refused unless `allow_scripts`; those of a saved scene do nothing, with a warning. `prune` is as for
-    `App`. Raises UserError with every problem found.
+    the file are refused unless `allow_scripts`; those of a saved scene do nothing, with a warning. `prune` and
+    `asset_roots` are as for `App`. Raises UserError with every problem found.
     """
     from graph.evaluate.script_permission import script_problems
 
     folders = [Path(folder) for folder in allow]
-    parts = build_parts(
-        path,
-        allow=folders,
-        skip_outside=skip_outside,
-        overrides=overrides,
-        settings=settings,
-        fidelity=fidelity,
-        registry=registry,
-        skip_unknown=skip_unknown,
-    )
+    with mapped(asset_roots or {}):
+        parts = build_parts(
+            path,
+            allow=folders,
+            skip_outside=skip_outside,
+            overrides=overrides,
+            settings=settings,
+            fidelity=fidelity,
+            registry=registry,
+            skip_unknown=skip_unknown,
+        )
     refused = [] if allow_scripts else script_problems(parts.graphs)
     if parts.spec is None or parts.problems or (refused and not parts.spec.lenient):
         found = [*parts.problems, *([] if parts.spec and parts.spec.lenient else refused)]

@@ -42,7 +42,7 @@ def build_stage(
         from graph.sim.mjcf.scene import open_mjcf
 
         try:
-            mjcf = open_mjcf(scene.mjcf, roots, scene.keyframe, warn)
+            mjcf = open_mjcf(scene.mjcf, roots, scene.keyframe, warn, is_urdf=scene.is_urdf)
         except UserError as error:
             placed = [one if one.mark else Problem(one.message, scene.mark) for one in error.problems]
             raise UserError(placed) from error

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graph.base import exact
+from graph.base.asset_roots import mapped
 from graph.base.errors import RunError
 
 from . import entered
@@ -52,7 +53,8 @@ class App:
     `loop_hz` defaults to 60. `fidelity` maps knobs (`lidar.motion`) to values. `physics` makes the physics engine, by
     default MuJoCo (see `graph.sim.physics.protocol.EngineFactory`). `allow`: further folders to which the USD file may
     refer. `prune`: leave out what nothing requires (`graph help performance`); without it the output is the
-    same. Raises UserError for options that cannot be run.
+    same. `asset_roots`: folders by the prefixes of the addresses that they hold (`graph.base.asset_roots`). Raises
+    UserError for options that cannot be run.
 
     An App holds its parts and passes calls on to them: `world` (stage, Fabric, physics, edits), `simulation` (builds,
     steps and frees the world), `rendering` (sensors), `timeline`, `driver` (states and updates), `phases` (their
@@ -76,6 +78,7 @@ class App:
         physics: EngineFactory = MUJOCO,
         allow: Iterable[str | Path] = (),
         prune: bool = True,
+        asset_roots: Mapping[str, str | Path] | None = None,
     ) -> None:
         from .scene.stage import time_range
 
@@ -94,9 +97,10 @@ class App:
         )
         loop_hz = loop_hz if knobs.loop_hz is None else knobs.loop_hz
         choice = checked_choice(when_playing or str(self.settings.get(keys.WHEN_PLAYING)))
-        self.world = open_world(
-            stage, mjcf, engine=physics, fidelity=knobs, when_playing=choice, warn=self.warn, allow=allow, prune=prune
-        )
+        with mapped(asset_roots or {}):
+            self.world = open_world(
+                stage, mjcf, engine=physics, fidelity=knobs, when_playing=choice, warn=warn, allow=allow, prune=prune
+            )
         authored = self.world.authored_rate
         physics_rate, loop_rate = clock_rates(
             physics_hz,

@@ -103,6 +103,8 @@ class SceneSpec:
     prim_marks: Mapping[tuple[str, ...], Mark] = field(default_factory=dict)
     """Marks by (prim path,) and (prim path, key)."""
     keyframe: str | int | None = None
+    is_urdf: bool = False
+    """Whether the model is a URDF."""
     changes: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     """Keys that the caller sets on prims of the scene's own files, by path; as those of inline prims."""
 

@@ -129,7 +129,7 @@ def _other_keys(path: Path, name: str, text: Text, allow: Sequence[Path]) -> tup
     problems = tuple(Problem(f"customLayerData.{KEY}: {one.message}", Mark(name, 1, 1)) for one in examined.problems)
     spec = examined.spec or FileSpec()
     kept = spec.scene
-    scene = replace(scene, prims=kept.prims, mjcf=kept.mjcf, keyframe=kept.keyframe)
+    scene = replace(scene, prims=kept.prims, mjcf=kept.mjcf, keyframe=kept.keyframe, is_urdf=kept.is_urdf)
     return replace(spec, scene=scene, marks={}, graphs=()), problems
 
 

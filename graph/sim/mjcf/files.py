@@ -12,10 +12,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
+from graph.base import asset_roots
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.inputs import start_of
 
-from . import bounds
+from . import bounds, urdf
 from .source import Element, parse
 
 MAX_FILE = 2**28
@@ -45,20 +46,24 @@ class Document:
     models: dict[str, bytes] = field(default_factory=dict)
     """Texts of models that this one can attach, by their names in it."""
     marks: list[Mark] = field(default_factory=list)
+    left_out: list[tuple[Mark, str]] = field(default_factory=list)
+    """What of a URDF is not read."""
+    is_urdf: bool = False
 
     def mark(self, line: int) -> Mark | None:
         """The place in a file of line `line` (from 1) of one of the texts."""
         return self.marks[line - 1] if 0 < line <= len(self.marks) else None
 
 
-def read_model(file: Path, roots: Sequence[Path]) -> Document:
-    """The model in `file`; all of its files must lie below `roots` (links resolved).
+def read_model(file: Path, roots: Sequence[Path], *, is_urdf: bool = False) -> Document:
+    """The model in `file`, MJCF or (`is_urdf`) URDF; its files must be below `roots` or an asset root, links resolved.
 
     Raises UserError with every problem: files that are missing, outside, too large or not XML; a model that is too
     large.
     """
-    reader = _Reader(file, [root.expanduser().resolve() for root in roots])
-    document = Document(file)
+    allowed = [root.expanduser().resolve() for root in (*roots, *asset_roots.present().values())]
+    reader = _Reader(file, allowed, is_urdf)
+    document = Document(file, is_urdf=is_urdf, left_out=reader.left_out)
     document.text = reader.model(file, ())[0]
     document.assets, document.models, document.marks = reader.assets, reader.models, reader.marks
     if reader.problems:
@@ -84,8 +89,9 @@ class _Folders:
 
 
 class _Reader:
-    def __init__(self, file: Path, roots: Sequence[Path]) -> None:
-        self.roots = roots
+    def __init__(self, file: Path, roots: list[Path], is_urdf: bool) -> None:
+        self.file, self.roots, self.urdf = file, roots, is_urdf
+        self.left_out: list[tuple[Mark, str]] = []
         self.problems: list[Problem] = []
         self.assets: dict[str, bytes] = {}
         self.models: dict[str, bytes] = {}
@@ -97,17 +103,20 @@ class _Reader:
     def model(self, file: Path, above: tuple[Path, ...]) -> tuple[str, float, str]:
         """Text, number of elements and name of a model; `above`: the models being parsed, outermost first."""
         root = parse(file, shown(file))
-        if root.tag != "mujoco":
-            hint = "this is a URDF; convert it to MJCF" if root.tag == "robot" else "an MJCF model starts with <mujoco>"
-            raise UserError(Problem(f"the root element is <{root.tag}>; {hint}", root.mark))
-        self._include(root, file.parent, file.parent, {file.resolve()})
+        self._check_kind(root, file)
+        if self.urdf:
+            problems, left_out = urdf.prepare(root)
+            self.problems += problems
+            self.left_out += left_out
+        else:
+            self._include(root, file.parent, file.parent, {file.resolve()})
         folders = _folders(root, file.parent)
         models: dict[str, int] = {}
         for element in _walk(root):
             self.problems += bounds.too_large(element)
             if element.tag == "model" and element.get("file"):
                 models.update(self._submodel(element, folders, (*above, file.resolve())))
-            for attribute in _FILES.get(element.tag, ()):
+            for attribute in ("filename",) if self.urdf and element.tag == "mesh" else _FILES.get(element.tag, ()):
                 if element.get(attribute):
                     self._asset(element, attribute, folders)
         size = bounds.elements(root, models)
@@ -117,6 +126,16 @@ class _Reader:
         first = len(self.marks)
         lines = list(self._lines(root))
         return "\n" * first + "\n".join(lines), size, root.get("model") or ""
+
+    def _check_kind(self, root: Element, file: Path) -> None:
+        wanted = "robot" if self.urdf else "mujoco"
+        if root.tag == wanted:
+            return
+        hint = f"{'a URDF' if self.urdf else 'an MJCF model'} starts with <{wanted}>"
+        if root.tag in ("robot", "mujoco"):
+            said, key = ("a URDF", "urdf") if root.tag == "robot" else ("an MJCF model", "mjcf")
+            hint = f"this is {said}; name it as scene: {{{key}: {file.name}}}"
+        raise UserError(Problem(f"the root element is <{root.tag}>; {hint}", root.mark))
 
     def _include(self, parent: Element, main: Path, folder: Path, seen: set[Path]) -> None:
         children: list[Element] = []
@@ -161,7 +180,11 @@ class _Reader:
 
     def _asset(self, element: Element, attribute: str, folders: _Folders) -> None:
         text = element.attributes[attribute]
-        path = folders.path(element.tag, text)
+        try:
+            path = self._mesh(text, folders) if self.urdf else folders.path(element.tag, text)
+        except ValueError as error:
+            self.problems.append(Problem(f"{_said(element)}: {error}", element.mark))
+            return
         if self._refused(path, element, _said(element), text):
             return
         if attribute == "file" and element.tag not in ("flexcomp", "skin"):
@@ -180,6 +203,9 @@ class _Reader:
                 return
             self.assets[name] = data
         element.attributes[attribute] = name
+
+    def _mesh(self, text: str, folders: _Folders) -> Path:
+        return urdf.mesh_file(text, self.file, folders.model / folders.mesh, self.roots)
 
     def _refused(self, path: Path, element: Element, what: str, text: str) -> bool:
         """Records why a file cannot be read, if so."""
@@ -209,10 +235,11 @@ class _Reader:
 
     def _lines(self, element: Element) -> Iterator[str]:
         self.marks.append(element.mark)
-        ignored = _SETTLED if element.tag == "compiler" else ()
-        attributes = "".join(
-            f" {name}={quoteattr(value)}" for name, value in element.attributes.items() if name not in ignored
-        )
+        values = element.attributes
+        if element.tag == "compiler":
+            values = {name: value for name, value in values.items() if name not in _SETTLED}
+            values |= urdf.KEPT if self.urdf else {}
+        attributes = "".join(f" {name}={quoteattr(value)}" for name, value in values.items())
         if not element.children:
             yield f"<{element.tag}{attributes}/>"
             return
@@ -233,7 +260,8 @@ def shown(path: Path) -> str:
 
 def _folders(root: Element, folder: Path) -> _Folders:
     out = _Folders(folder)
-    for compiler in (child for child in root.children if child.tag == "compiler"):
+    groups = [root, *(child for child in root.children if child.tag == "mujoco")]
+    for compiler in (child for group in groups for child in group.children if child.tag == "compiler"):
         both = compiler.get("assetdir")
         out.mesh = compiler.get("meshdir") or both or out.mesh
         out.texture = compiler.get("texturedir") or both or out.texture

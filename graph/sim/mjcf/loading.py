@@ -17,6 +17,7 @@ from graph.sim.physics.mujoco.memory import give_memory
 from graph.sim.scene.stage import Warn
 
 from .files import Document, shown
+from .urdf import hide_collisions
 
 _LINE = re.compile(r"(?:Element '(?P<tag>\w*)'|Element name '(?P<name>[^\n]*)', id -?\d+)(?:, line (?P<line>\d+))?")
 _KINDS = ("bodies", "joints", "geoms", "sites", "cameras", "lights", "actuators", "sensors")
@@ -31,12 +32,16 @@ def load(document: Document, warn: Warn) -> tuple[Any, Any]:
         warnings.simplefilter("always")
         try:
             spec = mujoco.MjSpec.from_string(document.text, include=document.models, assets=document.assets)
+            if document.is_urdf:
+                hide_collisions(spec)
             _name_all(spec)
             give_memory(spec, len(spec.bodies))
             with silenced():  # Qhull prints pages about meshes that have no hull
                 model = spec.compile()
         except (ValueError, mujoco.FatalError) as error:
             raise UserError(_problem(document, str(error))) from error
+    for mark, text in document.left_out:
+        warn("urdf-left-out", str(mark), text)
     _check_numbers(document, model)
     for each in said:
         problem = _problem(document, str(each.message))

@@ -221,16 +221,21 @@ def open_mjcf(
     allow_roots: Iterable[str | Path] | None = None,
     keyframe: str | int | None = None,
     warn: Warn = ignore_warning,
+    *,
+    is_urdf: bool | None = None,
 ) -> MjcfScene:
-    """The scene of an MJCF file; only files below `allow_roots` (default: its own folder) are read.
+    """The scene of an MJCF or URDF file; only files below `allow_roots` (default: its own folder) are read.
+
+    is_urdf: None decides by the file's name.
 
     keyframe: name or number of the initial keyframe. Raises UserError, one line for each problem with file and line.
     """
     file = Path(path).expanduser().absolute()
     if not file.is_file():
-        raise UserError(f"{path}: no such MJCF file")
+        raise UserError(f"{path}: no such MJCF or URDF file")
     roots = [file.parent] if allow_roots is None else [Path(root) for root in allow_roots]
-    return MjcfScene(read_model(file, roots), keyframe, warn)
+    is_urdf = file.suffix.lower() == ".urdf" if is_urdf is None else is_urdf
+    return MjcfScene(read_model(file, roots, is_urdf=is_urdf), keyframe, warn)
 
 
 def carry_state(model: Any, data: Any, to: Any, target: Any) -> None:
