@@ -64,6 +64,8 @@ class InertialUnit:
 
     def reading(self, gravity: bool = True) -> InertialReading | None:
         """The newest reading; at rest its acceleration is 9.81 m/s2 up, or 0 without gravity. None before a step."""
+        if self._app.simulation.time > self._time:  # within a step, before our own subscriber
+            self._step()
         if not self._samples:
             return None
         felt, turned, stood = (list(self._samples)[-width:] for width in self._widths)

@@ -98,6 +98,8 @@ def _rendered(app: App, product: RenderProduct, seen: Observed, steps: Sequence[
     planned, missed = planned_ticks(app, product, made_in, steps)
     observed = [entry for entry in seen.ticks[path] if entry[0] < min(seen.updates, len(steps))]
     ticks = observed + [entry for entry in planned if entry[0] >= seen.updates]
+    # Where frames arrive one update later, that of the last update does not arrive.
+    delivered = len(steps) - app.rendering.scheduler.frames_later
     return {
         "product": path,
         "made_by": seen.makers.get(path, []),
@@ -108,7 +110,7 @@ def _rendered(app: App, product: RenderProduct, seen: Observed, steps: Sequence[
             {"stamp_ns": nanoseconds(product.sensor.interval(tick)[0]), "time_s": tick.time, "update": update}
             for update, tick in ticks[:FIRST_TICKS]
         ],
-        "frames": len(ticks),
+        "frames": sum(update < delivered for update, _ in ticks),
         "missed": missed,
         "channels": seen.channels[path],
         "consumers": {

@@ -61,7 +61,7 @@ class ExecutionEvaluator:
                 self._walk(node.db, name)
         finally:
             for db in self._woken:
-                db._set_blocked(db.asleep)
+                db._set_blocked(db.asleep and not self._graph.interrupts)
             self._woken.clear()
 
     def _share_context(self) -> None:

@@ -81,7 +81,7 @@ class Builder:
         suffixes = _SCENE_SUFFIXES[key]
         if not text.lower().endswith(suffixes):
             other = next((one for one, ends in _SCENE_SUFFIXES.items() if text.lower().endswith(ends)), None)
-            hint = f"; did you mean scene: {{{other}: {text}}}?" if other else ""
+            hint = f"; did you mean scene: {{{other}: {text}}}?" if other and "urdf" in (key, other) else ""
             self._wrong(("scene", key), f"scene.{key}: {quoted(text)} does not end in {' or '.join(suffixes)}{hint}")
             return None
         return self._file(("scene", key), f"scene.{key}", text)

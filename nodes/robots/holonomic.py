@@ -99,7 +99,10 @@ class _Driving:
         "wheelAxis": Attribute("double[3]", f"axle in the frame of a wheel's joint; {ONCE}", default=[1.0, 0.0, 0.0]),
         "upAxis": Attribute("double[3]", f"up axis of the body; {ONCE}", default=[0.0, 0.0, 1.0]),
         "inputVelocity": Attribute(
-            "double[3]", "wanted speed of the body along x and y, and round", unit="m/s, m/s, rad/s", role="command"
+            "double[3]",
+            "wanted speed along x and y, and round, times the factors of the original's rule",
+            unit="m/s, m/s, rad/s",
+            role="command",
         ),
         "maxLinearSpeed": Attribute(
             "double", f"limit of the linear speed; {ONCE}", default=NO_LIMIT, optional=True, unit="m/s"
@@ -117,7 +120,12 @@ class _Driving:
     memory=_Driving,
 )
 def holonomic_controller(db: Database) -> None:
-    """Compute wheel speeds for a velocity of the body."""
+    """Compute wheel speeds by the original's rule, which does not give the body the speed that inputVelocity names.
+
+    It adds up the wheels' drives without the geometry of rolling. Three omniwheels move the body at 2/3 of the wanted
+    speed, four mecanum wheels of 45 degrees at 0.354 of it; n omniwheels at d metres from the middle turn it at
+    1 / (n d^2) times the wanted rate, three at 0.5 m at 1.333. linearGain and angularGain make up for it.
+    """
     inputs, memory = db.inputs, db.memory
     platform = memory.platform
     if platform is None:

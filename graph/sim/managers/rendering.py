@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from enum import StrEnum
 from fractions import Fraction
 from itertools import count
@@ -158,32 +159,33 @@ class Rendering:
         return float(1 / settings.rate(keys.RATE_LIMIT_FREQUENCY))
 
     def render(self) -> None:
-        """Runs one app update without physics; a playing timeline still advances, so it is ahead of physics from then
-        on.
+        """Runs one app update without physics, in which sensors of tickRate 0 render what is there now.
 
+        A playing timeline still advances, so it is ahead of physics from then on.
         `/app/player/playSimulations` is false during the update; its old value is restored, also if the update raises.
         """
-        settings, updates = self._settings, self._updates()
-        if not settings.get(keys.PLAY_SIMULATIONS):
+        updates = self._updates()
+        with self._without_physics():
             updates.update()
-            return
-        settings.set(keys.PLAY_SIMULATIONS, False)
-        try:
-            updates.update()
-        finally:
-            settings.set(keys.PLAY_SIMULATIONS, True)
 
     async def render_async(self) -> None:
         """As `render`; other coroutines that wait for the next update resume too."""
-        settings, updates = self._settings, self._updates()
-        if not settings.get(keys.PLAY_SIMULATIONS):
+        updates = self._updates()
+        with self._without_physics():
             await updates.next_update_async()
-            return
+
+    @contextmanager
+    def _without_physics(self) -> Iterator[None]:
+        settings, scheduler = self._settings, self.scheduler
+        simulated = settings.get(keys.PLAY_SIMULATIONS)
+        idle = scheduler.autotrigger_idle
         settings.set(keys.PLAY_SIMULATIONS, False)
+        scheduler.autotrigger_idle = True
         try:
-            await updates.next_update_async()
+            yield
         finally:
-            settings.set(keys.PLAY_SIMULATIONS, True)
+            scheduler.autotrigger_idle = idle
+            settings.set(keys.PLAY_SIMULATIONS, simulated)
 
     def _updates(self) -> Updates:
         if self.updates is None:

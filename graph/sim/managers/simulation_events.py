@@ -38,18 +38,28 @@ class SimulationEvent(StrEnum):
 
 
 class IsaacEvents(StrEnum):
-    """Older names for the end of the warm-up, in the order in which they come right after SIMULATION_SETUP."""
+    """Older names: of the end of the warm-up, in their order right after SIMULATION_SETUP, and of present events."""
 
     PHYSICS_WARMUP = "isaac.physics_warmup"
     SIMULATION_VIEW_CREATED = "isaac.simulation_view_created"
     PHYSICS_READY = "isaac.physics_ready"
+    PRE_PHYSICS_STEP = "isaac.pre_physics_step"
+    POST_PHYSICS_STEP = "isaac.post_physics_step"
+    TIMELINE_STOP = "isaac.timeline_stop"
+    PRIM_DELETION = "isaac.prim_deletion"
 
 
 _INSTEAD = {
     IsaacEvents.PHYSICS_WARMUP: SimulationEvent.SIMULATION_SETUP,
     IsaacEvents.SIMULATION_VIEW_CREATED: SimulationEvent.SIMULATION_SETUP,
     IsaacEvents.PHYSICS_READY: SimulationEvent.SIMULATION_STARTED,
+    IsaacEvents.PRE_PHYSICS_STEP: SimulationEvent.PHYSICS_PRE_STEP,
+    IsaacEvents.POST_PHYSICS_STEP: SimulationEvent.PHYSICS_POST_STEP,
+    IsaacEvents.TIMELINE_STOP: SimulationEvent.SIMULATION_STOPPED,
+    IsaacEvents.PRIM_DELETION: SimulationEvent.PRIM_DELETED,
 }
+_RENAMED = tuple(_INSTEAD)[3:]
+"""The events that are a present one under another name."""
 _EVENTS: dict[str, SimulationEvent | IsaacEvents] = {each.value: each for each in (*SimulationEvent, *IsaacEvents)}
 _STEPS = {SimulationEvent.PHYSICS_PRE_STEP, SimulationEvent.PHYSICS_POST_STEP}
 
@@ -95,6 +105,7 @@ class SimulationEvents:
         if isinstance(known, IsaacEvents):
             instead = f"this event is deprecated; use SimulationEvent.{_INSTEAD[known].name}"
             self._world.warn("event-deprecated", known.name, instead)
+            known = _INSTEAD[known] if known in _RENAMED else known
         uid = next(self._ids)
 
         def died(called: bool) -> None:

@@ -123,7 +123,6 @@ class ManagedSimulation:
         """Whether a dt is stored as a whole number of steps per second, as in the profile `isaacsim-6.0.1`."""
         return self.setup.truncates
 
-    step = forward("steps", Simulation.step)
     run_steps = forward("steps", Simulation.run_steps)
     set_rate = forward("steps", Simulation.set_rate)
     is_simulating = forward("steps", Simulation.is_simulating)
@@ -242,8 +241,20 @@ class ManagedSimulation:
             self.build()
         self.steps.warm_up()
         self.events.warm = True
-        for event in (SimulationEvent.SIMULATION_SETUP, *IsaacEvents):
+        for event in (SimulationEvent.SIMULATION_SETUP, *tuple(IsaacEvents)[:3]):
             self.events.dispatch(event)
+
+    def step(
+        self,
+        *,
+        steps: int = 1,
+        callback: Callable[[int, int], object] | None = None,
+        update_fabric: bool = False,
+    ) -> None:
+        """As `Simulation.step`; a play that waits for the next update is applied first."""
+        if not self.built:
+            self._timeline.commit()
+        self.steps.step(steps=steps, callback=callback, update_fabric=update_fabric)
 
     def invalidate_physics(self) -> None:
         """Ends the warm state: the next play warms up again. If the timeline is not playing the world is freed."""

@@ -231,10 +231,10 @@ def open_mjcf(
     keyframe: name or number of the initial keyframe. Raises UserError, one line for each problem with file and line.
     """
     file = Path(path).expanduser().absolute()
-    if not file.is_file():
-        raise UserError(f"{path}: no such MJCF or URDF file")
-    roots = [file.parent] if allow_roots is None else [Path(root) for root in allow_roots]
     is_urdf = file.suffix.lower() == ".urdf" if is_urdf is None else is_urdf
+    if not file.is_file():
+        raise UserError(f"{path}: no such {'URDF' if is_urdf else 'MJCF'} file")
+    roots = [file.parent] if allow_roots is None else [Path(root) for root in allow_roots]
     return MjcfScene(read_model(file, roots, is_urdf=is_urdf), keyframe, warn)
 
 

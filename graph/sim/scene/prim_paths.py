@@ -20,7 +20,11 @@ def is_prim_path(path: str) -> bool:
     """Whether a text could be the absolute path of a prim."""
     from graph.sim.usd import Sdf
 
-    return path.startswith("/") and bool(Sdf.Path.IsValidPathString(path)) and Sdf.Path(path).IsAbsoluteRootOrPrimPath()
+    try:
+        valid = path.startswith("/") and bool(Sdf.Path.IsValidPathString(path))
+    except UnicodeEncodeError:  # half a surrogate pair, which UTF-8 does not have
+        return False
+    return valid and Sdf.Path(path).IsAbsoluteRootOrPrimPath()
 
 
 def prim_at(stage: Usd.Stage, path: str) -> Usd.Prim:

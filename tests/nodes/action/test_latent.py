@@ -128,3 +128,21 @@ def test_a_wait_goes_round_through_a_custom_event_as_the_warning_says():
 
 def test_a_wait_fed_by_every_update_is_not_warned_of():
     assert countdown(20, start=range(20)).warnings == []
+
+
+def test_a_countdown_that_starts_itself_again_goes_on_where_interrupts_are_on(tmp_path):
+    from graph.sim import App
+
+    (tmp_path / "g.yaml").write_text(
+        "tickgraph: 1\nsettings: {/ext/omni.graph.action/disableInterrupts: false}\n"
+        "graphs:\n  /G:\n    nodes:\n      begin: OnLoaded\n"
+        "      wait: {type: Countdown, inputs: {duration: 2}}\n      count: Counter\n"
+        "    connections: [begin.execOut -> wait.execIn, 'wait.finished -> [wait.execIn, count.execIn]']\n"
+    )
+    with App.from_file(tmp_path / "g.yaml") as app:
+        app.play()
+        counts = []
+        for _ in range(9):
+            app.update()
+            counts.append(app.graphs["/G"].nodes["count"].get("count"))
+    assert counts == [0, 0, 1, 1, 2, 2, 3, 3, 4]  # fires in updates 2, 4, 6 and 8

@@ -139,6 +139,7 @@ def test_given_frames_are_published_as_they_are(world):
     [
         ({}, "nothing to publish; set targetPrims"),
         ({"targetPrims": "/World/Gone"}, "there is no prim /World/Gone"),
+        ({"targetPrims": "/World/half\ud800"}, "there is no prim /World/half"),
         ({"childFrames": ["a"], "parentFrames": ["b"]}, "have 1, 1, 0, 0 entries; they must agree"),
     ],
 )

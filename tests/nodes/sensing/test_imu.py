@@ -159,3 +159,22 @@ graphs:
         app.play()
         app.update(60)
         assert app.graphs["/World/G"].nodes["imu"].get("linAcc") == pytest.approx([0, 9.81, 0], abs=1e-3)
+
+
+def test_an_imu_read_in_every_physics_step_has_a_reading_of_each_step_after_the_first(tmp_path):
+    """The first compute, in step 1, starts the sensor: 200 steps give 199 readings, each of its own step."""
+    from graph.sim import App
+
+    (tmp_path / "g.yaml").write_text(
+        "tickgraph: 1\nscene:\n  prims:\n    /World/Box: {type: Cube, size: 0.2, rigid_body: true}\n"
+        "clock: {physics_hz: 240, loop_hz: 60}\n"
+        "graphs:\n  /G:\n    pipeline_stage: on_demand\n    nodes:\n      step: OnPhysicsStep\n"
+        "      imu: {type: IsaacReadIMU, inputs: {imuPrim: /World/Box}}\n      count: Counter\n"
+        "    connections: [step.step -> imu.execIn, imu.execOut -> count.execIn]\n"
+    )
+    with App.from_file(tmp_path / "g.yaml") as app:
+        app.play()
+        app.update(50)
+        nodes = app.graphs["/G"].nodes
+        assert nodes["count"].get("count") == 199
+        assert nodes["imu"].get("sensorTime") == pytest.approx(200 / 240, abs=1e-6)

@@ -136,15 +136,39 @@ def test_render_that_raises_puts_play_simulations_back():
         assert app.settings.get(keys.PLAY_SIMULATIONS) is True
 
 
-@pytest.mark.parametrize(("parity", "frames"), [("documented", 0), (PRODUCT, 1)])
-def test_render_on_a_frozen_clock_renders_autotrigger_sensors_in_the_product_alone(parity, frames):
+@pytest.mark.parametrize("parity", ["documented", PRODUCT])
+def test_render_on_a_frozen_clock_renders_autotrigger_sensors(parity):
     with App(parity=parity) as app:
         idle, ticking = add(app, NotingSensor(), "idle"), add(app, NotingLidar(60), "ticking")
         app.play()
         app.update()
         before = len(idle.ticks), len(ticking.ticks)
         app.rendering.render()
-        assert (len(idle.ticks) - before[0], len(ticking.ticks) - before[1]) == (frames, 0)
+        assert (len(idle.ticks) - before[0], len(ticking.ticks) - before[1]) == (1, 0)
+        app.settings.set(keys.PLAY_SIMULATIONS, False)
+        app.update()  # no step, and nobody asked for pictures: only the product renders
+        assert len(idle.ticks) - before[0] == (2 if parity == PRODUCT else 1)
+
+
+@pytest.mark.parametrize("parity", ["documented", PRODUCT])
+def test_render_shows_a_wall_where_it_is_now(parity):
+    """A wall 4 m ahead of an autotrigger camera is moved to 3 m without a physics step."""
+    from pxr import UsdGeom
+
+    from sensors.replicator import get_annotator, render_product
+
+    with App(parity=parity, settings={keys.FRAMES_LATER: False}) as app:
+        UsdGeom.Camera.Define(app.stage, "/World/Camera")
+        wall = UsdGeom.Cube.Define(app.stage, "/World/Wall")
+        place = wall.AddTranslateOp()
+        place.Set((0, 0, -5))
+        depth = get_annotator("distance_to_image_plane", app=app).attach(render_product(app, "/World/Camera", (4, 4)))
+        app.play()
+        app.update()
+        assert depth.get_data()[2, 2] == pytest.approx(4.0)
+        place.Set((0, 0, -4))
+        app.rendering.render()
+        assert depth.get_data()[2, 2] == pytest.approx(3.0)
 
 
 def test_render_async_is_one_update_too():

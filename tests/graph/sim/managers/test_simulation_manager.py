@@ -788,7 +788,7 @@ def test_assets_loading_is_false():
 def test_the_older_events_come_between_setup_and_started_each_with_a_warning():
     with App() as app:
         order = []
-        wanted = (SimulationEvent.SIMULATION_STARTED, *reversed(IsaacEvents), SimulationEvent.SIMULATION_SETUP)
+        wanted = (SimulationEvent.SIMULATION_STARTED, *[*IsaacEvents][2::-1], SimulationEvent.SIMULATION_SETUP)
         for event in wanted:
             app.simulation.register_callback(lambda event: order.append(event.event_name), event)
         app.play()
@@ -807,6 +807,18 @@ def test_the_older_events_come_between_setup_and_started_each_with_a_warning():
             ("SIMULATION_VIEW_CREATED", "this event is deprecated; use SimulationEvent.SIMULATION_SETUP"),
             ("PHYSICS_WARMUP", "this event is deprecated; use SimulationEvent.SIMULATION_SETUP"),
         ]
+
+
+def test_older_names_of_present_events_are_those_events():
+    with App() as app:
+        seen = []
+        for event in (IsaacEvents.PRE_PHYSICS_STEP, IsaacEvents.POST_PHYSICS_STEP):
+            app.simulation.register_callback(lambda dt, context, event=event: seen.append((event.name, dt)), event)
+        app.simulation.register_callback(lambda event: seen.append("stopped"), IsaacEvents.TIMELINE_STOP)
+        app.play()
+        app.update()
+        app.stop()
+    assert seen == [("PRE_PHYSICS_STEP", 1 / 60), ("POST_PHYSICS_STEP", 1 / 60), "stopped"]
 
 
 # -- the raw interface ---------------------------------------------------------------------------------------------

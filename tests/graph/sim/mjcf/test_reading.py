@@ -140,7 +140,7 @@ def test_a_urdf_and_other_files_are_distinguished(model):
     ]
     file = model("<mujoco/>")
     file.write_text("<robot name='r'/>")
-    assert "the root element is <robot>; this is a URDF; convert it to MJCF" in problems(file)[0]
+    assert "the root element is <robot>; this is a URDF; name it as scene: {urdf: model.xml}" in problems(file)[0]
 
 
 @pytest.mark.parametrize(

@@ -263,3 +263,28 @@ def test_a_silent_commit_is_known_as_such_while_it_is_reported():
     timeline.pause()
     timeline.commit()
     assert told == [("play", True), ("pause", False)]
+
+
+@pytest.mark.parametrize("parity", ["documented", "isaacsim-6.0.1"])
+def test_a_step_applies_a_play_that_waits_for_the_next_update(parity):
+    with App(parity=parity) as app:
+        app.timeline.play()
+        app.simulation.step(steps=3)
+        assert app.simulation.get_num_physics_steps() == 3 + app.settings.get("/tickgraph/warmUpSteps")
+        assert app.timeline.get_current_time() == 0
+
+
+@pytest.mark.parametrize("parity", ["documented", "isaacsim-6.0.1"])
+def test_what_a_step_made_due_is_rendered_in_the_next_update_also_while_paused(parity):
+    """The renderer's clock moves with each physics step and is read in every update, whatever the timeline does."""
+    from tests.support.noting_sensor import NotingLidar, NotingSensor, add
+
+    with App(parity=parity) as app:
+        sensors = add(app, NotingSensor(), "every"), add(app, NotingLidar(60), "ticking")
+        app.play()
+        app.update()
+        before = [len(one.ticks) for one in sensors]
+        app.simulation.step()
+        app.pause()
+        app.update(2)
+        assert [len(one.ticks) - old for one, old in zip(sensors, before, strict=True)] == [1, 1]
