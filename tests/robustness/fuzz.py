@@ -2,6 +2,7 @@
 
     python tests/robustness/fuzz.py --count 50000 --jobs 2     # overnight; --seed S for others
     python tests/robustness/fuzz.py --seed 1 --case 4711       # one case again, its file kept
+    python tests/robustness/fuzz.py --recordings --count 50000 # recordings and folders of runs instead
 
 A case is made by (seed, number) alone. Each job is a process that runs cases one after another; its parent ends it if a
 case takes more than 20 s of CPU time or 4 GiB, notes the case and goes on with the next.
@@ -15,6 +16,7 @@ import os
 import re
 import resource
 import select
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -28,6 +30,7 @@ from typing import IO
 
 sys.path.insert(0, str(Path(__file__).parents[2]))  # run as a script, it finds `tests` there
 
+from tests.robustness import recordings
 from tests.robustness.corpus import write_corpus
 from tests.robustness.mutations import spoiled
 
@@ -70,17 +73,18 @@ class Found:
         self.failures += other.failures
 
 
-def fuzz(seed: int, first: int, count: int, keep: Path | None = None) -> Found:
-    """Runs cases in a process of its own, started again after each case that ends it."""
+def fuzz(seed: int, first: int, count: int, keep: Path | None = None, *, of_runs: bool = False) -> Found:
+    """Runs cases in a process of its own, started again after each case that ends it. of_runs: those of recordings."""
     found, case = Found(), first
     while case < first + count:
-        case = _watched(seed, case, first + count, found, keep)
+        case = _watched(seed, case, first + count, found, keep, of_runs)
     return found
 
 
-def _watched(seed: int, first: int, end: int, found: Found, keep: Path | None) -> int:
+def _watched(seed: int, first: int, end: int, found: Found, keep: Path | None, of_runs: bool) -> int:
     """Runs cases in one process until they are done or one ends it; the next case."""
     command = [sys.executable, str(Path(__file__)), "--seed", str(seed), "--worker", str(first), str(end)]
+    command += ["--recordings"] if of_runs else []
     if keep is not None:
         command += ["--keep", str(keep)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as worker:
@@ -129,7 +133,7 @@ def _memory(pid: int) -> int:
         return 0
 
 
-def work(seed: int, first: int, end: int, keep: Path | None) -> None:
+def work(seed: int, first: int, end: int, keep: Path | None, of_runs: bool) -> None:
     """The job of one process: tells `begin N`, `bad N what` and `end N code` on stdout."""
     told = os.fdopen(os.dup(1), "w", buffering=1)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
@@ -138,16 +142,19 @@ def work(seed: int, first: int, end: int, keep: Path | None) -> None:
         os.chdir(folder)
         right = {name: path.read_bytes() for name, path in write_corpus(folder).items()}
         _companions(folder)
+        if of_runs:
+            _without_plotly()
         reads = _Reads(folder)
         for case in range(first, end):
             told.write(f"begin {case} -\n")
             code = 0
-            for arguments in _run_case(Random(f"{seed}:{case}"), right, keep, case):
+            random = Random(f"{seed}:{case}")
+            for arguments in _run_of_case(random, keep, case) if of_runs else _run_case(random, right, keep, case):
                 reads.taken()
                 code, said = _command(arguments, output)
                 outside = reads.taken()
                 bad = _BAD.search(said)
-                if bad or code not in (0, 1, 2) or outside:
+                if bad or code not in (0, 1, 2) or outside or arguments == ["written elsewhere"]:
                     line = said[max(0, bad.start() - 80) : bad.end() + 300] if bad else f"{outside or code}"
                     told.write(f"bad {case} {' '.join(arguments)}: {' '.join(line.split())!r}\n")
                     break
@@ -178,6 +185,43 @@ def _run_case(random: Random, right: dict[str, bytes], keep: Path | None, case: 
             yield [one.replace("{}", name) for one in arguments]
     finally:
         file.write_bytes(right[name])
+
+
+def _run_of_case(random: Random, keep: Path | None, case: int) -> Iterator[Sequence[str]]:
+    """The commands to run on a folder of a run in which a file is spoiled, and now and then a link lies."""
+    run, key = Path("run"), Path("elsewhere/key")
+    for folder in (run, key.parent):
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir()
+    key.write_text("key")
+    name = random.choice(recordings.SPOILT)
+    data = recordings.spoiled(name, random)
+    if name in ("report.json", "metadata.yaml"):
+        (run / "rich.mcap").write_bytes(recordings.made("rich.mcap", recordings.messages(), random, right=True))
+    (run / name).write_bytes(data)
+    if keep is not None:
+        (keep / f"{case}-{name}").write_bytes(data)
+    if random.random() < 0.2:
+        link = run / random.choice(recordings.LINKS)
+        link.parent.mkdir(exist_ok=True)
+        link.unlink(missing_ok=True)
+        link.symlink_to(os.path.abspath(random.choice((key, key.parent, "/dev/zero", "nowhere"))))
+    file = str(run / name) if name.startswith("rich") and random.random() < 0.5 else "run"
+    yield ["info", file, *random.choice(([], ["--json"]))]
+    yield ["view", file]
+    yield ["export", file, "--format", random.choice(recordings.FORMATS), "--out", "run/out"]
+    if random.random() < 0.3:
+        yield ["run", "graph.json", "--updates", UPDATES, "--play", file]
+    yield ["recover", file]
+    if [one.name for one in key.parent.iterdir()] != ["key"] or key.read_text() != "key":
+        yield ["written elsewhere"]  # an unknown command, which is a failure
+
+
+def _without_plotly() -> None:
+    """Leaves Plotly's 5 MB out of each page."""
+    from graph.view import writing
+
+    writing._plotly = lambda: ""
 
 
 def _command(arguments: Sequence[str], output: IO[bytes]) -> tuple[int, str]:
@@ -218,8 +262,13 @@ def _into(descriptor: int) -> Iterator[None]:
             os.close(old)
 
 
+WRITES = ("os.mkdir", "os.rename", "os.remove", "os.rmdir", "os.link", "os.symlink", "os.truncate", "os.chmod")
+"""Audit events that change the file system at their first argument."""
+WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC
+
+
 class _Reads:
-    """Which files Python opened that are neither the case's nor the installation's."""
+    """Which files Python opened or changed that are neither the case's nor, to read, the installation's."""
 
     def __init__(self, folder: Path) -> None:
         here = Path(__file__).resolve().parents[2]
@@ -233,18 +282,21 @@ class _Reads:
             Path("/sys"),
         ]
         self._allowed = tuple(f"{place.resolve()}/" for place in places if str(place) not in ("", "."))
+        cache = os.environ.get("TICKGRAPH_CACHE") or os.path.expanduser("~/.cache")
+        self._writable = (f"{folder}/", "/dev/null", f"{os.path.realpath(cache)}/", f"{here}/")
         self._folder = folder
         self._found: list[str] = []
         sys.addaudithook(self._see)
 
     def _see(self, event: str, arguments: tuple[object, ...]) -> None:
-        if event != "open" or not isinstance(arguments[0], (str, bytes)):
+        if event not in ("open", *WRITES) or not isinstance(arguments[0], (str, bytes)):
             return
         path = os.path.join(self._folder, os.fsdecode(arguments[0]))
         real = os.path.realpath(path)
-        own = real == str(self._folder) or real.startswith((*self._allowed, "/proc/", "/dev/null", "/etc/localtime"))
-        if not own:
-            self._found.append(path)
+        writes = event != "open" or bool(isinstance(arguments[2], int) and arguments[2] & WRITING)
+        allowed = self._writable if writes else (*self._allowed, "/proc/", "/dev/null", "/dev/zero", "/etc/localtime")
+        if real != str(self._folder) and not real.startswith(allowed):
+            self._found.append(f"{path} ({event})")
 
     def taken(self) -> list[str]:
         """The files since the last call."""
@@ -260,12 +312,13 @@ def main() -> int:
     parser.add_argument("--first", type=int, default=0, help="number of the first case")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--case", type=int, help="run one case and show what comes of it")
+    parser.add_argument("--recordings", action="store_true", help="spoil recordings and folders of runs")
     parser.add_argument("--keep", type=Path, help="folder for the spoiled files")
     parser.add_argument("--worker", nargs=2, type=int, help=argparse.SUPPRESS)
     args = parser.parse_args()
     if args.worker:
         first, count = args.worker
-        work(args.seed, first, count, args.keep)
+        work(args.seed, first, count, args.keep, args.recordings)
         return 0
     if args.case is not None:
         args.first, args.count, args.keep = args.case, 1, args.keep or Path()
@@ -278,7 +331,7 @@ def main() -> int:
         for first in range(args.first, args.first + args.count, size)
     ]
     with ThreadPoolExecutor(args.jobs) as jobs:
-        for part in jobs.map(lambda one: fuzz(args.seed, one[0], one[1], args.keep), parts):
+        for part in jobs.map(lambda one: fuzz(args.seed, *one, args.keep, of_runs=args.recordings), parts):
             found.add(part)
             for case, what in part.failures:
                 print(f"case {case}: {what}", flush=True)
