@@ -47,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
         raise UserError(f"{file}: no such file; name an MCAP recording")
     problems: list[Problem] = []
     with locked(folder, "let the run end, or stop it, first"):
-        if len(files) > 1 and not files[-1].stat().st_size:
+        if len(files) > 1 and files[-1].is_file() and not files[-1].is_symlink() and not files[-1].stat().st_size:
             empty = files.pop()
             remove(empty)
             say(f"{empty}: the run was killed when it began this part; the empty file is removed")

@@ -210,7 +210,7 @@ def _run_of_case(random: Random, keep: Path | None, case: int) -> Iterator[Seque
     yield ["info", file, *random.choice(([], ["--json"]))]
     yield ["view", file]
     yield ["export", file, "--format", random.choice(recordings.FORMATS), "--out", "run/out"]
-    if random.random() < 0.3:
+    if random.random() < 0.05:
         yield ["run", "graph.json", "--updates", UPDATES, "--play", file]
     yield ["recover", file]
     if [one.name for one in key.parent.iterdir()] != ["key"] or key.read_text() != "key":
@@ -292,7 +292,9 @@ class _Reads:
         if event not in ("open", *WRITES) or not isinstance(arguments[0], (str, bytes)):
             return
         path = os.path.join(self._folder, os.fsdecode(arguments[0]))
-        real = os.path.realpath(path)
+        folder, name = os.path.split(path)
+        # Removing and renaming act on a link itself.
+        real = os.path.realpath(path) if event == "open" else os.path.join(os.path.realpath(folder), name)
         writes = event != "open" or bool(isinstance(arguments[2], int) and arguments[2] & WRITING)
         allowed = self._writable if writes else (*self._allowed, "/proc/", "/dev/null", "/dev/zero", "/etc/localtime")
         if real != str(self._folder) and not real.startswith(allowed):

@@ -13,6 +13,13 @@ def test_spoiled_files_of_every_kind_end_in_a_line(request):
     assert found.done == count
 
 
+def test_spoiled_recordings_end_in_a_line_and_nothing_is_written_elsewhere(request):
+    count = min(request.config.getoption("--fuzz"), 1000)
+    found = fuzz(seed=request.config.getoption("--fuzz-seed"), first=0, count=count, of_runs=True)
+    assert found.failures == []
+    assert found.done == count
+
+
 @pytest.mark.parametrize(
     ("seed", "case"),
     [(4, 1717), (4, 2331), (4, 5893), (4, 7727), (5, 4533), (42, 1357), (42, 2777), (44, 1913), (53, 796)],

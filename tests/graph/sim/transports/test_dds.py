@@ -31,6 +31,9 @@ STRING_HASH = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f
 CLOUD_HASH = "RIHS01_9198cabf7da3796ae6fe19c4cb3bdd3525492988c70522628af5daa124bae2b5"
 """Of std_msgs/msg/String and sensor_msgs/msg/PointCloud2, as `ros2 topic info -v` prints them."""
 
+PATIENCE_NS = 120 * 10**9
+"""Until a test that waits for a sample fails."""
+
 
 def test_a_ros_2_program_receives_every_cloud_and_drives_the_robot(tmp_path):
     file, out = write_rig(tmp_path), tmp_path / "out"
@@ -97,9 +100,9 @@ def test_a_late_reader_gets_the_last_message_of_a_latched_topic(monkeypatch):
     participant = DomainParticipant(domain)
     wanted = Qos(Policy.Reliability.Reliable(10**8), Policy.Durability.TransientLocal, Policy.History.KeepAll)
     reader = DataReader(participant, DdsTopic(participant, "rt/latched", string), wanted)
-    found = [sample.data for sample in reader.take_iter(timeout=10**9)]
+    first = next(reader.take_iter(timeout=PATIENCE_NS))  # waits for the event; were "first" there, it would come first
     sink.close()
-    assert found == ["last"]
+    assert first.data == "last"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGSTOP")
@@ -129,7 +132,7 @@ def test_while_a_write_waits_for_a_stopped_reader_other_threads_run(monkeypatch)
                     transport.send(Outgoing("/points", name, cloud, 0, latched=False))
                 except NotSentError:
                     refused += 1
-                    assert turns[0] > before + 5
+                    assert turns[0] > before + 1  # with the lock held there is one at most
         finally:
             done.set()
             transport.close()

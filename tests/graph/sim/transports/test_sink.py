@@ -35,7 +35,7 @@ class Gate:
 
     def send(self, message):
         self.reached.set()
-        self.open.wait(20)
+        self.open.wait(120)
         text = deserialize(message.data, message.type_name).data
         if text == "bad":
             raise NotSentError("it is bad")
@@ -54,6 +54,12 @@ class Gate:
         return []
 
 
+@pytest.fixture(autouse=True)
+def patient(monkeypatch):
+    """A sink that closes waits for what its thread still sends, however busy the machine is."""
+    monkeypatch.setattr("graph.sim.transports.sink.LINGER_S", 120.0)
+
+
 @pytest.fixture
 def bus():
     return MessageBus()
@@ -70,7 +76,7 @@ def test_what_does_not_fit_into_the_queue_is_dropped_oldest_first_and_counted(bu
     gate = Gate()
     sink = sink_of(bus, gate, most_bytes=5000)
     bus.publish("/a", STRING, TEXT("x" * 991), 0)
-    assert gate.reached.wait(20)  # the first is being sent, so five more fit
+    assert gate.reached.wait(120)  # the first is being sent, so five more fit
     for number in range(1, 13):
         bus.publish("/a", STRING, TEXT(f"{number:991}"), number)
     gate.open.set()
@@ -97,7 +103,7 @@ def test_what_late_subscribers_are_to_get_is_not_dropped(bus):
     sink = sink_of(bus, gate, most_bytes=2000)
     bus.advertise("/tf_static", STRING, quality=Quality(durability="transientLocal"))
     bus.publish("/a", STRING, TEXT(""), 0)
-    assert gate.reached.wait(20)
+    assert gate.reached.wait(120)
     bus.publish("/tf_static", STRING, TEXT("kept"), 0)
     for number in range(5):
         bus.publish("/a", STRING, TEXT(f"{number:991}"), 0)
@@ -106,7 +112,8 @@ def test_what_late_subscribers_are_to_get_is_not_dropped(bus):
     assert [text.strip() for text in gate.sent] == ["", "kept", "4"]
 
 
-def test_a_transport_that_hangs_holds_neither_the_publisher_nor_for_long_the_end(bus):
+def test_a_transport_that_hangs_holds_neither_the_publisher_nor_for_long_the_end(bus, monkeypatch):
+    monkeypatch.setattr("graph.sim.transports.sink.LINGER_S", 1.0)
     gate = Gate()
     sink = sink_of(bus, gate)
     began = time.monotonic()
@@ -116,7 +123,7 @@ def test_a_transport_that_hangs_holds_neither_the_publisher_nor_for_long_the_end
     sink.close()
     closed = time.monotonic() - began
     gate.open.set()
-    assert published < closed  # which waited for its thread; the gate would have taken 20 s a message
+    assert published < closed  # which waited for its thread; the gate would have taken 120 s a message
     assert sink.counts["/a"].dropped == 999  # all but the one that hangs
 
 
@@ -181,3 +188,41 @@ def test_too_much_from_outside_is_dropped_oldest_first_and_counted(bus):
     sink.close()
     assert [subscription.take().message.data.strip() for _ in range(3)] == ["4", "5", "6"]
     assert [code for code, _, _ in sink.warnings()] == ["live-dropped"]
+
+
+def test_whoever_floods_a_topic_loses_its_own_messages(bus):
+    """Of 40,000 small messages 100 wait for an update; another topic's message is there, in the order of arrival."""
+    gate = Gate()
+    gate.open.set()
+    sink = sink_of(bus, gate)
+    flooded, quiet = bus.listen("/flood", STRING, depth=0), bus.listen("/quiet", STRING, depth=0)
+    sink.deliver()
+    while len(gate.receivers) < 2:
+        time.sleep(0.001)
+    gate.receivers["/quiet"](serialize(TEXT("here"), STRING))
+    data = [serialize(TEXT(str(number)), STRING) for number in range(40_000)]
+    for one in data:
+        gate.receivers["/flood"](one)
+    sink.deliver()
+    sink.close()
+    assert len(flooded) == 100
+    assert flooded.take().message.data == "39900"
+    assert quiet.take().message.data == "here"
+    [(code, where, message)] = sink.warnings()
+    assert (code, where) == ("live-dropped", "gate /flood")
+    assert message.startswith("dropped 39,900 of the messages from outside")
+
+
+def test_a_subscription_of_more_depth_gets_so_many(bus):
+    gate = Gate()
+    gate.open.set()
+    sink = sink_of(bus, gate)
+    deep = bus.listen("/in", STRING, quality=Quality(depth=500), depth=0)
+    sink.deliver()
+    while "/in" not in gate.receivers:
+        time.sleep(0.001)
+    for number in range(600):
+        gate.receivers["/in"](serialize(TEXT(str(number)), STRING))
+    sink.deliver()
+    sink.close()
+    assert len(deep) == 500
