@@ -55,7 +55,7 @@ def messages() -> tuple[Said, ...]:
     from graph.sim.messages.ros_types import fields as fields_of
     from graph.sim.messages.ros_types import serialize
 
-    points = np.zeros(1200, [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("radial", "<f4"), ("ring", "<u2")])
+    points: Any = np.zeros(1200, [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("radial", "<f4"), ("ring", "<u2")])
     points["x"], points["y"] = np.cos(np.arange(1200) / 190), np.sin(np.arange(1200) / 190)
     points["z"], points["ring"] = np.arange(1200) % 4 / 4 - 0.5, np.arange(1200) % 4
     kinds = {"<f4": 7, "<u2": 4}
@@ -69,7 +69,7 @@ def messages() -> tuple[Said, ...]:
     image = {"height": 4, "width": 4, "encoding": "rgb8", "step": 12, "data": list(range(48))}
     move = {"header": {"frame_id": "map"}, "child_frame_id": "lidar", "transform": {"rotation": {"w": 1.0}}}
     box = {"bbox": {"center": {"orientation": {"w": 1.0}}, "size": {"x": 1.0, "y": 1.0, "z": 1.0}}}
-    contents = {
+    contents: dict[str, tuple[str, dict[str, Any]]] = {
         "/points": ("sensor_msgs/msg/PointCloud2", cloud),
         "/scan": ("sensor_msgs/msg/LaserScan", scan),
         "/image": ("sensor_msgs/msg/Image", image),
