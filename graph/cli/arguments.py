@@ -29,6 +29,11 @@ def add_allow(parser: argparse.ArgumentParser) -> None:
     )
     text = "read assets whose address begins with PREFIX, such as package://my_robot, below DIR"
     parser.add_argument("--asset-root", action="append", default=[], metavar="PREFIX=DIR", help=text)
+    add_limit(parser)
+
+
+def add_limit(parser: argparse.ArgumentParser) -> None:
+    """Adds `--limit NAME=VALUE`, repeatable."""
     text = "change what a file may ask for at most; `graph help robustness` lists the names"
     parser.add_argument("--limit", action="append", default=[], metavar="NAME=VALUE", help=text)
 

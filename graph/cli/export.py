@@ -8,7 +8,7 @@ from pathlib import Path
 from graph.base.errors import RunError
 from graph.base.outputs import make_output
 
-from .arguments import check_folder
+from .arguments import add_limit, check_folder
 from .printing import say, tell
 from .progress import reading
 
@@ -36,6 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--world", action="store_true", help="points of pcd, ply, las in the root frame of the recorded transforms"
     )
+    add_limit(parser)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -8,6 +8,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .arguments import add_limit
 from .printing import counted, say, say_json, tell
 from .progress import reading
 
@@ -25,6 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "run", metavar="RUN", type=Path, help="folder of a run (--out), a .mcap or .db3 file, or a rosbag2 folder"
     )
     parser.add_argument("--json", action="store_true", help="print it as JSON")
+    add_limit(parser)
 
 
 def run(args: argparse.Namespace) -> int:

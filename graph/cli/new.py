@@ -9,7 +9,7 @@ from importlib import resources
 from pathlib import Path
 
 from graph.base.errors import UserError
-from graph.base.outputs import write
+from graph.base.outputs import make_folder, write
 
 from . import examples
 from .printing import print_table, say
@@ -86,7 +86,7 @@ def _copy(example: Path, folder: Path) -> list[str]:
     files = examples.files_of(example)
     for file in files:
         target = folder / file.relative_to(example.parent)
-        target.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(target.parent)
         write(target, file.read_bytes())
     played = examples.commands_of(files)
     commands = folder / played.relative_to(example.parent) if played else None

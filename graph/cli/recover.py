@@ -15,6 +15,7 @@ from graph.base.errors import Problem, RunError, UserError
 from graph.base.inputs import opened
 from graph.base.outputs import make_output, remove, replacing
 
+from .arguments import add_limit
 from .output_folder import locked
 from .printing import say
 
@@ -28,6 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "file", metavar="FILE", type=Path, help="MCAP recording or the folder of a run; mended in place"
     )
     parser.add_argument("--out", type=Path, metavar="OUT", help="leave FILE as it is and write the mended one as OUT")
+    add_limit(parser)
 
 
 def run(args: argparse.Namespace) -> int:

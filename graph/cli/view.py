@@ -8,7 +8,7 @@ from pathlib import Path
 from graph.base.errors import RunError, UserError
 from graph.base.outputs import check_no_link, make_output
 
-from .arguments import check_folder
+from .arguments import add_limit, check_folder
 from .info import measure, said_of
 from .printing import counted, say, tell
 from .progress import reading
@@ -38,6 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="MB",
         help="size of the page at most, about (default: 25); a larger page shows more frames",
     )
+    add_limit(parser)
 
 
 def run(args: argparse.Namespace) -> int:
