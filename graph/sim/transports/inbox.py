@@ -24,8 +24,8 @@ MOST_MESSAGES = 100
 class Inbox:
     """Received messages in the order of their arrival.
 
-    Beyond `most_bytes` in all, or a topic's depth, the oldest are dropped and counted: whoever floods a topic loses its
-    own messages, and an update has so many to put on the bus at most. `put` may be called in any thread.
+    Beyond `most_bytes` in all, or a topic's depth, the oldest are dropped and counted: a publisher that floods a topic
+    loses its own messages, and an update never has more than that to put on the bus. `put` may be called in any thread.
     """
 
     def __init__(self, most_bytes: int) -> None:
