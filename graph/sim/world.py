@@ -46,8 +46,6 @@ class World:
         warn: Warn,
         prune: bool = True,
     ) -> None:
-        from .scene.stage import meters_per_unit
-
         self.stage = stage
         self.mjcf = mjcf
         self.engine = engine
@@ -55,7 +53,6 @@ class World:
         self.fidelity = fidelity
         self.when_playing: WhenPlaying = when_playing
         self.warn = warn
-        self.meters_per_unit: float = meters_per_unit(stage)
         self.steps_per_second = Fraction(60)
         """The rate with which physics is built [Hz]; see `set_rate`."""
         self.physics: PhysicsEngine | None = None
@@ -68,6 +65,11 @@ class World:
         self._stage_state: StageState | None = None
         self._geometry: tuple[Mesh | Plane, ...] | None = None
         self.fabric.set(*EXTERNAL_TIME, 0.0)
+
+    @property
+    def meters_per_unit(self) -> float:
+        """Metres in a unit of the stage, as Fabric has them."""
+        return self.fabric.meters_per_unit
 
     @property
     def authored_rate(self) -> Fraction | None:

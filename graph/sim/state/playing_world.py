@@ -39,8 +39,11 @@ class PlayingWorld(Protocol):
     when_playing: WhenPlaying
     physics: PhysicsEngine | None
     built: bool
-    meters_per_unit: float
     steps_per_second: Fraction
+
+    @property
+    def meters_per_unit(self) -> float:
+        """Metres in a unit of the stage."""
 
     def geometry(self) -> tuple[Mesh | Plane, ...]:
         """The geometry for rays."""

@@ -46,7 +46,7 @@ class PrimPoses(ABC):
         self.set = self.values.set
         self.change_stamp = self.values.change_stamp
         self.stage_has, self.has_prim = self.values.stage_has, self.values.has_prim
-        self.meters_per_unit = meters_per_unit(stage)
+        self._unit: float | None = None
         self.stamp = 0
         """Changes whenever any pose may have changed."""
         self.steps = 0
@@ -71,6 +71,11 @@ class PrimPoses(ABC):
         self._bindings: dict[tuple[str, ...], Binding] = {}
         self._residuals: dict[str, Floats] = {}
         self._listener = StageListener(stage, self)
+
+    @property
+    def meters_per_unit(self) -> float:
+        """Metres in a unit of the stage: what the stage says, and while it plays, what it said at play."""
+        return meters_per_unit(self.stage) if self._unit is None else self._unit
 
     def close(self) -> None:
         """Stops listening to the stage; attributes of physics end."""
@@ -145,6 +150,9 @@ class PrimPoses(ABC):
     def bind(self, physics: PhysicsEngine | None) -> None:
         """Follows the bodies of a world that starts to play or has changed (None: nothing moves)."""
         self._physics = physics
+        if self._unit is None:
+            self._unit = meters_per_unit(self.stage)
+            self.forget()
         bodies = physics.body_paths if physics else ()
         self._frames = {path: frame for path, frame in self._frames.items() if path not in bodies}
         self._residuals = {path: self._residual(path) for path in (*bodies, *self._frames)}
@@ -162,7 +170,7 @@ class PrimPoses(ABC):
 
     def unbind(self) -> None:
         """Returns to the stage: nothing follows a body, and values that users wrote to its prims are dropped."""
-        self._physics = None
+        self._physics = self._unit = None
         self._layout, self._residuals, self._frames, self._speeds, self.promoted, self.steps = {}, {}, {}, {}, {}, 0
         self.values.forget()
         self.forget()
