@@ -34,6 +34,10 @@ MOST_RETURNS = 255
 
 STEEPEST_DEG = 90.0
 
+RAY_TYPES = ("IDEALIZED", "UNIFORM_BEAM", "GAUSSIAN_BEAM")
+INTENSITY_PROCESSINGS = ("NORMALIZATION", "CORRECTION", "RAW")
+"""The tokens of rayType and intensityProcessing; the first of each is what is modelled, whatever is chosen."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EmitterState:
@@ -250,6 +254,8 @@ _DEVIATIONS = (
 )
 _TOKENS = {
     "scan_type": ("ROTARY", "SOLID_STATE"),
+    "ray_type": RAY_TYPES,
+    "intensity_processing": INTENSITY_PROCESSINGS,
     "intensity_mapping_type": ("LINEAR", "NONLINEAR", "NONLINEAR_ENCODING_ONLY", "NONLINEAR_DECODING_ONLY"),
     "rotation_direction": ("CW", "CCW"),
     "elements_coords_type": ("SPHERICAL", "CARTESIAN"),

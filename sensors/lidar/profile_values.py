@@ -92,9 +92,9 @@ class ProfileReader:
         return _SCAN_TYPES.get(str(value).lower(), "ROTARY")
 
     def token(self, key: str, value: Any, known: tuple[str, ...]) -> str:
-        """A word in capitals, one of `known` unless `known` is empty."""
+        """A word in capitals, one of `known`."""
         word = str(value).upper()
-        if known and word not in known:
+        if word not in known:
             self._wrong((key,), f"is {value!r}, not one of {', '.join(known)}")
         return word
 

@@ -12,7 +12,7 @@ from graph.sim.renderer.schedule import EveryUpdate, Tick, TickSchedule
 from sensors.motion.history import history_of
 from sensors.runtime import Measurement, SensorRuntime
 
-from .config import LidarConfig
+from .config import INTENSITY_PROCESSINGS, RAY_TYPES, LidarConfig
 from .names import PRIM_TYPE
 from .prim import read_config
 from .turns import turns_of
@@ -73,6 +73,14 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
                 self.path,
                 "scans of lidar.motion update are NONCOMPENSATED; use continuous, or frozen",
             )
+        for name, chosen, known in (
+            ("rayType", config.ray_type, RAY_TYPES),
+            ("intensityProcessing", config.intensity_processing, INTENSITY_PROCESSINGS),
+        ):
+            if chosen != known[0]:
+                app.warn(
+                    "lidar-attribute-ignored", self.path, f"{name} {chosen} is not modelled; it acts as {known[0]}"
+                )
         self.frame_facts = {
             "frame_of_reference": config.output_frame_of_reference,
             "motion_compensation": "COMPENSATED" if self.compensates else "NONCOMPENSATED",

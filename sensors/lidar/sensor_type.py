@@ -57,6 +57,8 @@ def _facts(app: App, prim: Usd.Prim) -> dict[str, Any]:
         "accumulates": config.accumulate_outputs,
         "rays_per_scan": rays,
         "rays_per_second": rays * rate,
+        "range_offset_m": config.range_offset_m,
+        "noise": app.fidelity.lidar_noise,
     }
 
 
@@ -66,6 +68,9 @@ def _rows(facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     yield "rates", f"tick {tick} Hz, scan {scan} Hz{accumulates}"
     rays, second = facts["rays_per_scan"], float(Fraction(facts["rays_per_second"]))
     yield "rays", f"{rays:,} a scan, {second:,.0f} a second at its scan rate"
+    if offset := facts["range_offset_m"]:
+        added = "added to ranges" if facts["noise"] else "not added: lidar.noise is off, so ranges are exact"
+        yield "rangeOffsetM", f"{offset:g} m, {added}"
 
 
 register_sensor_type(

@@ -11,7 +11,7 @@ from typing import Any
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.inputs import start_of
 
-from .config import MIN_SCAN_RATE_HZ, LidarConfig
+from .config import INTENSITY_PROCESSINGS, MIN_SCAN_RATE_HZ, RAY_TYPES, LidarConfig
 from .profile_values import ProfileReader, firing_rate_key
 
 MAX_BYTES = 64 << 20
@@ -47,12 +47,12 @@ _INTEGERS = {
 }
 _TOKENS = {
     "rotationDirection": ("rotation_direction", ("CW", "CCW")),
-    "intensityProcessing": ("intensity_processing", ()),
+    "intensityProcessing": ("intensity_processing", INTENSITY_PROCESSINGS),
     "intensityMappingType": (
         "intensity_mapping_type",
         ("LINEAR", "NONLINEAR", "NONLINEAR_ENCODING_ONLY", "NONLINEAR_DECODING_ONLY"),
     ),
-    "rayType": ("ray_type", ()),
+    "rayType": ("ray_type", RAY_TYPES),
 }
 
 

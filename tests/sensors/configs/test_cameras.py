@@ -97,6 +97,8 @@ def test_the_hawk_has_the_public_lens(app):
     config = configured(app, "hawk_v1.1_nominal", "left")
     assert isinstance(config.lens, BrownLens)
     assert config.lens.fx == pytest.approx(957.81)
+    # The optical centre is that of the page, not the middle of the image (960, 600).
+    assert (config.lens.cx, config.lens.cy) == pytest.approx((957.85107, 589.53766), rel=1e-6)
     assert config.lens.k == pytest.approx((0.147811, -0.032313, 0.008823, 0.517913, -0.06708, 0.01695))
     assert config.focal_length / config.apertures[0] * 1920 == pytest.approx(957.81, rel=1e-5)
 

@@ -1,15 +1,21 @@
 """Every configuration that ships: found by its names, right where numbers are public, and cast."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
 from graph.base.errors import UserError
+from graph.sim import App
 from sensors import SUPPORTED_LIDAR_CONFIGS
 from sensors.configs.catalog import assets, find
 from sensors.lidar.pattern import firing_pattern
+from sensors.lidar.prim import write_config
 from sensors.lidar.receiver import Receiver
 from sensors.lidar.returns import Shot
 from sensors.lidar.scan import Scanner
+from sensors.prim import read_tick_rate
+from sensors.products import render_product
 from sensors.raycast.shared import cast_world, surface_optics
 from tests.support.lidar_worlds import add_box, add_lidar, weightless
 
@@ -189,3 +195,25 @@ def test_a_product_alone_is_a_name_and_a_set_left_out_takes_what_fits():
 def test_a_wrong_variant_gets_similar_names_suggested(name, variant, message):
     with pytest.raises(UserError, match=message):
         find(name, variant)
+
+
+@pytest.mark.parametrize(
+    ("name", "variant", "rate"),
+    [
+        ("LRS4000", "Profile01_12p5Hz_0p04deg", Fraction(25, 2)),
+        ("microScan3", "Profile01_4p0m_33p3Hz", Fraction(333, 10)),
+        ("MRS1000", "Profile03_3p125Hz_0p0625deg", Fraction(25, 8)),
+        ("nanoScan3", None, Fraction(333, 10)),
+    ],
+)
+def test_a_lidar_of_a_broken_rate_ticks_once_a_scan(name, variant, rate):
+    """The schema's scanRateBaseHz is a whole number: 12 for the maker's 12.5 Hz. The exact rate stands beside it, so
+    that the tick rate is that of the scans, and they are whole."""
+    with App(None, physics_hz=60, loop_hz=60) as app:
+        prim = app.stage.DefinePrim("/World/Lidar", "OmniLidar")
+        write_config(prim, find(name, variant))
+        product = render_product(app, "/World/Lidar")
+        assert read_tick_rate(prim) == product.sensor.config.scan_rate_base_hz == rate
+        assert prim.GetAttribute("omni:sensor:Core:scanRateBaseHz").Get() == int(rate)
+        assert product.sensor.rule == "whole"
+        assert app.warnings.codes() == []

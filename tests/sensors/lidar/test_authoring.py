@@ -12,6 +12,7 @@ from graph.sim import App
 from sensors import Lidar, LidarSensor, register_writer_spec
 from sensors.products import render_product
 from sensors.writers import WRITERS, WriterSpec
+from tests.support.lidar_worlds import define_lidar, weightless
 
 CHANNELS = "_replicator:rendervar:GenericModelOutput:channels"
 CORE = "omni:sensor:Core:"
@@ -369,3 +370,24 @@ def test_bad_attributes_stop_the_product_with_a_clear_line(app):
     lidar.prim.GetAttribute("omni:sensor:tickRate").Set(-1.0)
     with pytest.raises(UserError, match="tickRate is -1"):
         render_product(app, "/World/Lidar")
+
+
+@pytest.mark.parametrize(
+    ("name", "word"), [("rayType", "IDEALISED"), ("intensityProcessing", "NORMALISATION"), ("rayType", "idealized")]
+)
+def test_words_that_are_no_tokens_are_refused(name, word):
+    with weightless() as app:
+        lidar = define_lidar(app)
+        lidar.GetAttribute(f"omni:sensor:Core:{name}").Set(word)
+        with pytest.raises(UserError, match=f"{name} = '{word}' is not one of "):
+            render_product(app, "/World/Lidar")
+
+
+@pytest.mark.parametrize(("name", "word"), [("rayType", "GAUSSIAN_BEAM"), ("intensityProcessing", "RAW")])
+def test_tokens_that_are_not_modelled_are_reported(name, word):
+    with weightless() as app:
+        lidar = define_lidar(app)
+        lidar.GetAttribute(f"omni:sensor:Core:{name}").Set(word)
+        render_product(app, "/World/Lidar")
+        [told] = [one for one in app.warnings if one.code == "lidar-attribute-ignored"]
+        assert f"{name} {word} is not modelled" in told.message
