@@ -142,9 +142,13 @@ def _occlusion(one: Outline, visible: Mapping[int, tuple[Any, int]]) -> float:
 
 
 def _boxes_3d(app: App, prims: list[_Prim], ratio: Mapping[int, float], poses: Any) -> np.ndarray:
+    """The boxes of prims; a prim of endless planes alone has no box."""
     rows = []
     paths = entities_of(app, LABELLED).paths
+    surfaces = cast_world(app).surfaces
     for one in prims:
+        if not any(isinstance(surfaces[number], Mesh) for number in one.surfaces):
+            continue
         frame = _frame(app, one, paths[one.number], poses)
         low, high = _extent(app, one, frame, poses)
         rows.append((one.number, *low, *high, frame.T, ratio.get(one.number, np.nan)))
@@ -185,8 +189,6 @@ def _extent(app: App, prim: _Prim, frame: np.ndarray, state: Any) -> tuple[np.nd
     """The least and greatest coordinates of a prim's surfaces in its own axes; endless planes are left out."""
     world = cast_world(app)
     meshes = [number for number in prim.surfaces if isinstance(world.surfaces[number], Mesh)]
-    if not meshes:
-        return np.zeros(3), np.zeros(3)
     to_prim = np.linalg.inv(frame) @ np.diag([*(1 / app.meters_per_unit,) * 3, 1.0])
     poses = world.body_poses(state)
     ends = [_ends(world, number, to_prim, poses, state) for number in meshes]

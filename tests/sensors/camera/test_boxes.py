@@ -55,6 +55,19 @@ def test_a_tight_box_holds_what_is_seen_and_a_loose_one_what_is_there(two_cubes)
         assert found["data"]["semanticId"].tolist() == [0, 1]
 
 
+def test_an_endless_plane_has_a_box_in_the_image_and_none_in_space():
+    """It has no extent; a box of size 0 at its origin would be a lie."""
+    with weightless() as app:
+        app.add_prims({"/World/Ground": {"type": "Plane", "translate": [0, 0, -1]}})
+        add_box(app, "/World/A", 1.0, ahead(0, 0, 5))
+        for name in ("Ground", "A"):
+            label(app, f"/World/{name}", name.lower())
+        names = "bounding_box_2d_loose", "bounding_box_3d", "bounding_box_3d_360"
+        loose, space, around = look(app, add_camera(app), *names)
+    assert by_path(loose).keys() == {"/World/A", "/World/Ground"}
+    assert by_path(space).keys() == by_path(around).keys() == {"/World/A"}
+
+
 def test_what_is_hidden_has_a_loose_box_and_a_box_in_space_but_no_tight_one():
     with weightless() as app:
         add_box(app, "/World/Wall", 100.0, ahead(0, 0, 53))

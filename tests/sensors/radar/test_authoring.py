@@ -131,6 +131,21 @@ def test_the_annotators_of_point_sensors_and_its_own_read_it(app):
     assert (told["info"]["scanIdx"], told["info"]["maxRangeM"], told["info"]["timestampNs"]) == (0, 50.0, 16_666_667)
 
 
+@pytest.mark.parametrize("option", ["outputIntensity", "outputTimestamp", "outputRadialVelocityMS"])
+def test_its_own_annotator_takes_the_options_of_the_helper(app, option):
+    """The intensity of a detection is its cross section."""
+    sensor = RadarSensor(Radar("/World/Radar", aux_output_level="BASIC", app=app))
+    own = rep.get_annotator("IsaacCreateRTXRadarPointCloud", {option: True}, app=app).attach(sensor.render_product)
+    app.play()
+    app.update(steps=1)
+    told = own.get_data()
+    assert len(told["rcs"]) > 0
+    assert ("intensity" in told) == (option == "outputIntensity")
+    if "intensity" in told:
+        assert np.array_equal(told["intensity"], told["rcs"])
+    assert len(told["timestamp"]) == len(told["radialVelocityMS"]) == len(told["rcs"])
+
+
 def test_the_product_needs_motion_bvh_to_create_a_radar_not_to_wrap_one():
     with App(None, physics_hz=60, loop_hz=60, parity="isaacsim-6.0.1") as app:
         with pytest.raises(
