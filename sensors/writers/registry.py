@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from graph.base.suggest import did_you_mean
@@ -20,9 +21,15 @@ if TYPE_CHECKING:
     from graph.sim.renderer.products import RenderProduct
 
 
+LIBRARIES = ("nodes.ros2.writers",)
+"""Modules above the sensors whose `WRITERS` are in the registry, too; imported at the first look-up."""
+
+
 def writer_specs() -> dict[str, WriterSpec]:
-    """Every writer by its name in the registry: those for all sensors, and those of sensor types."""
+    """Every writer by its name in the registry: those for all sensors, of sensor types, and of the node library."""
     found = dict(REGISTRY)
+    for module in LIBRARIES:
+        found |= import_module(module).WRITERS
     for kind in sensor_types().values():
         found |= kind.writers
     return found
