@@ -78,6 +78,10 @@ CHANNELS: dict[str, Channel] = dict(
             *(PUBLISH_NORMALS, "normals-off"),
         ),
         _channel("velocities", "<f4", AuxLevel.FULL, "m/s", "velocity of the hit point", 3),
+        _channel("ring", "<u2", AuxLevel.NONE, "", "line of the emitter, from 0 upwards by elevation; ours"),
+        _channel("column", "<u4", AuxLevel.NONE, "", "place along its line, tick by tick; ours"),
+        _channel("beamAzimuth", "<f4", AuxLevel.NONE, "deg", "azimuth in the sensor's frame at the firing; ours"),
+        _channel("beamDistance", "<f4", AuxLevel.NONE, "m", "distance in the sensor's frame at the firing; ours"),
         _channel("classId", "<u4", AuxLevel.NONE, "", "semantic class of what was hit: 0 nothing, 1 no label; ours"),
     )
 )
@@ -137,7 +141,7 @@ class Demand:
         """Requests channels for an owner (any hashable); a second request replaces the first.
 
         optional: further channels, as far as the prim's auxiliary level includes them. ignore_aux: also channels above
-        that level (a message's Ring field needs the channel id). Raises ValueError for unknown channel names.
+        that level. Raises ValueError for unknown channel names.
         """
         self._owners[owner] = _Request(check_channels(channels), check_channels(optional), ignore_aux)
         self.version += 1

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from graph.base.exact import nanoseconds
 from graph.sim.transforms import quaternion
 
 from .channels import CHANNELS, AuxLevel
@@ -78,6 +79,14 @@ class Frame:
     def has(self, name: str) -> bool:
         """Whether the frame holds this channel."""
         return name in self.arrays
+
+    @property
+    def common_ns(self) -> int | None:
+        """The time [ns] of the one pose to which all points belong; None if each belongs to its own firing."""
+        if self.motion_compensation != "COMPENSATED":
+            return None
+        end = self.end.timestamp_ns
+        return max(nanoseconds(self.reference), end) if self.one_instant else end
 
     @property
     def xyz(self) -> np.ndarray:

@@ -39,6 +39,7 @@ FULL_SCAN_WARNS = "/tickgraph/fullScanWarnsWhen"
 SCAN_EMPTY_MINUS_ONE = "/tickgraph/laserScanEmptyIsMinusOne"
 LIDAR_HEADER = "/tickgraph/lidarHeader"
 HEADER_FRAME, HEADER_SCAN_START, HEADER_UPDATE = "frame", "scanStart", "update"
+FRAME_ID_AS_GIVEN = "/tickgraph/frameIdAsGiven"
 SCAN_BINS = "/tickgraph/laserScanBinsOfFieldOfView"
 SCAN_END_BEYOND = "/tickgraph/laserScanEndsBeyondLastBeam"
 FLAT_SCAN_NEEDS_2D = "/tickgraph/flatScanNeeds2d"
@@ -92,6 +93,7 @@ DEFAULTS: dict[str, Any] = {
     SCAN_EMPTY_MINUS_ONE: False,
     SCAN_END_BEYOND: False,
     LIDAR_HEADER: HEADER_FRAME,
+    FRAME_ID_AS_GIVEN: False,
     SCAN_BINS: False,
     FLAT_SCAN_NEEDS_2D: True,
     BOXES_IN_WORLD: False,

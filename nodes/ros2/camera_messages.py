@@ -76,7 +76,8 @@ def _cloud(reading: Reading) -> Any:
 
     distance, config = reading.found.reshape(-1, 1), reading.frame.config
     known = np.where(np.isfinite(distance), distance, np.float32(np.nan))
-    points = known * _directions(config.lens)
+    origins, directions = _rays(config.lens)
+    points = known * directions if origins is None else known * directions + origins
     if reading.cloud_of_corners:
         width, height = config.size
         points = points_of(points[:, 2].reshape(height, width), width * config.focal_length / config.film[0])
@@ -84,11 +85,16 @@ def _cloud(reading: Reading) -> Any:
 
 
 @lru_cache(maxsize=8)
-def _directions(lens: Lens) -> NDArray[np.float32]:
-    """(n, 3) unit directions of all pixels, optical frame."""
+def _rays(lens: Lens) -> tuple[NDArray[np.float32] | None, NDArray[np.float32]]:
+    """Of all pixels, optical frame: where their rays start [m] (n, 3), None for the origin; unit directions (n, 3)."""
     import numpy as np
 
-    return np.ascontiguousarray(lens.unproject(lens.centres()).T, np.float32)
+    from sensors.camera.lens import ParallelLens
+
+    directions = np.ascontiguousarray(lens.unproject(lens.centres()).T, np.float32)
+    if not isinstance(lens, ParallelLens):
+        return None, directions
+    return np.ascontiguousarray(lens.origins().T, np.float32), directions
 
 
 def _flat_boxes(reading: Reading) -> Any:

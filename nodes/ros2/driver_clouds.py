@@ -1,7 +1,8 @@
 """Clouds with the fields of lidar drivers: names, offsets and types as their ROS 2 drivers publish them.
 
 velodyne: PointXYZIRT of velodyne_pointcloud. ouster: Point of ouster_ros. autoware: PointXYZIRCAEDT of
-autoware_point_types, which Nebula publishes. Intensities and reflectivities are 0 to 255.
+autoware_point_types, which Nebula publishes. Intensities and reflectivities are 0 to 255. Headers carry the time of the
+first firing, and times count up from it, as odometry packages take them.
 """
 
 from __future__ import annotations
@@ -10,9 +11,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from .lidar_frames import column, frame_points
-from .messages import header
-from .point_clouds import POINT_CLOUD
+from .lidar_frames import column, frame_points, point_times
+from .point_clouds import CloudGrid, cloud_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -24,7 +24,6 @@ METADATA = ("Intensity", "Ring", "Time")
 """The quantities of a cloud that these layouts need."""
 SINGLE_STRONGEST = 1
 """ReturnType of autoware_point_types."""
-_DATATYPES = {"u1": 2, "<u2": 4, "<u4": 6, "<f4": 7}
 _POSITION = (("x", "<f4", 0), ("y", "<f4", 4), ("z", "<f4", 8))
 
 
@@ -49,16 +48,11 @@ class _Values:
 
 @dataclass(frozen=True, slots=True)
 class DriverCloud:
-    """A driver's layout: (field, NumPy format, offset) in order, bytes of a point, how each field is made.
-
-    from_start: whether the header carries the time of the first firing and times count up from it; otherwise it carries
-    the time of the frame's pose, as of other clouds.
-    """
+    """A driver's layout: (field, NumPy format, offset) in order, bytes of a point, how each field is made."""
 
     fields: tuple[tuple[str, str, int], ...]
     step: int
     make: Mapping[str, Callable[[_Values], Any]]
-    from_start: bool
 
 
 def _seconds(one: _Values) -> Any:
@@ -94,7 +88,6 @@ DRIVER_CLOUDS: Mapping[str, DriverCloud] = {
         (*_POSITION, ("intensity", "<f4", 12), ("ring", "<u2", 16), ("time", "<f4", 18)),
         22,
         {"intensity": lambda one: one.scaled, "ring": lambda one: one.ring, "time": _seconds},
-        from_start=False,
     ),
     "ouster": DriverCloud(
         (
@@ -115,7 +108,6 @@ DRIVER_CLOUDS: Mapping[str, DriverCloud] = {
             "ambient": lambda one: 0,
             "range": _millimetres,
         },
-        from_start=True,
     ),
     "autoware": DriverCloud(
         (
@@ -138,44 +130,26 @@ DRIVER_CLOUDS: Mapping[str, DriverCloud] = {
             "distance": lambda one: one.distance,
             "time_stamp": lambda one: one.time_ns,
         },
-        from_start=True,
     ),
 }
 
 
-def driver_cloud(frame: Frame, name: str, nanoseconds: int, frame_id: str) -> Any:
+def driver_cloud(frame: Frame, name: str, nanoseconds: int, frame_id: str, grid: CloudGrid | None = None) -> Any:
     """`sensor_msgs/PointCloud2` of a frame with the fields of a driver; angles, ranges are those of its x, y, z.
 
-    Of a driver whose times count from the first firing, `nanoseconds` is the time of that firing.
+    nanoseconds: the time of the first firing.
     """
     import numpy as np
 
-    from graph.sim.messages.ros_types import message_type
-
     driver = DRIVER_CLOUDS[name]
     points = frame_points(frame)
-    count = len(points)
-    if driver.from_start:
-        times = np.maximum(frame.channel("timeOffsetNs").astype(np.int64), 0)
-    else:
-        times = np.asarray(column(frame, "Time")).astype(np.int64)
+    times = np.maximum(point_times(frame) - frame.timestamp_ns, 0)
     strength, ring = column(frame, "Intensity"), column(frame, "Ring")
     values = _Values(points, strength, ring, times, np.linalg.norm(points, axis=1).astype(np.float32))
     names, formats, offsets = zip(*driver.fields, strict=True)
     layout = np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": driver.step})
-    packed = np.zeros(count, layout)
+    packed = np.zeros(len(points), layout)
     packed["x"], packed["y"], packed["z"] = points.T
     for field, make in driver.make.items():
         packed[field] = make(values)
-    field_type = message_type("sensor_msgs/msg/PointField")
-    return message_type(POINT_CLOUD)(
-        header(nanoseconds, frame_id),
-        1,
-        count,
-        [field_type(field, offset, _DATATYPES[form], 1) for field, form, offset in driver.fields],
-        False,
-        driver.step,
-        driver.step * count,
-        packed.view(np.uint8).reshape(-1),
-        bool(np.isfinite(points).all()),
-    )
+    return cloud_of(packed, points, nanoseconds, frame_id, grid)

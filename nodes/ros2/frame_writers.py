@@ -62,11 +62,17 @@ def add_writer(db: Database, product: RenderProduct, writer: FrameWriter) -> Non
 
 
 def stamps(
-    app: App, *, system_time: bool, reset_on_stop: bool, first_ray: bool = False, from_start: bool = False
+    app: App,
+    *,
+    system_time: bool,
+    reset_on_stop: bool,
+    first_ray: Callable[[Frame], int] | None = None,
+    from_start: bool = False,
 ) -> Callable[[Frame], int]:
     """Frame -> stamp [ns]: wall time of the last physics step, else the simulation time of the frame's pose, counted
-    from play or so that no stop resets it. first_ray: the time of the first ray, as a LaserScan's header has it.
-    from_start: the nominal time of the first firing, also of a frame of one instant.
+    from play or so that no stop resets it. first_ray: frame -> the time [ns] of the first ray, which a LaserScan's
+    header has, except where the frame shows one instant. from_start: the nominal time of the first firing, also of a
+    frame of one instant. A stamp is never 0, which to tf2 is not a time but the request for the latest transform.
     """
     simulation = app.simulation
     if system_time:
@@ -76,10 +82,10 @@ def stamps(
         clock = simulation.time if reset_on_stop else simulation.monotonic_time
         off = clock - app.rendering.time
         if from_start:
-            return frame.timestamp_ns + nanoseconds(off)
+            return max(1, frame.timestamp_ns + nanoseconds(off))
         if first_ray and not frame.one_instant and app.settings.get(keys.LIDAR_HEADER) != keys.HEADER_UPDATE:
-            return frame.timestamp_ns + nanoseconds(off)
-        return nanoseconds(frame.reference + off)
+            return max(1, first_ray(frame) + nanoseconds(off))
+        return max(1, nanoseconds(frame.reference + off))
 
     return stamp_of
 

@@ -6,20 +6,22 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from graph.base.exact import nanoseconds
+from graph.base.exact import NANOSECONDS, nanoseconds
 
-from .point_clouds import CLOUD_FIELDS, point_cloud
+from .point_clouds import CLOUD_FIELDS, CloudGrid, point_cloud
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     from sensors.frame import Frame
+    from sensors.lidar.beams import BeamRow
+    from sensors.lidar.config import LidarConfig
 
     from .laser_scans import ScanStyle
 
-SCAN_CHANNELS = frozenset({"azimuth", "distance", "scalar"})
-"""The channels of a frame that a laser scan needs."""
+GRID_CHANNELS = frozenset({"ring", "column"})
+"""The channels of a frame that an organised cloud needs."""
 
 
 def cloud_channels(metadata: Iterable[str]) -> frozenset[str]:
@@ -27,10 +29,12 @@ def cloud_channels(metadata: Iterable[str]) -> frozenset[str]:
     return frozenset({"xyz", *(CLOUD_FIELDS[name].channel for name in metadata)})
 
 
-def frame_cloud(frame: Frame, metadata: Iterable[str], nanoseconds: int, frame_id: str) -> Any:
+def frame_cloud(
+    frame: Frame, metadata: Iterable[str], nanoseconds: int, frame_id: str, grid: CloudGrid | None = None
+) -> Any:
     """`sensor_msgs/PointCloud2` of a frame's points, with the chosen quantities as far as the frame holds them."""
     values = {name: column(frame, name) for name in metadata}
-    return point_cloud(frame_points(frame), values, nanoseconds, frame_id)
+    return point_cloud(frame_points(frame), values, nanoseconds, frame_id, grid)
 
 
 def frame_points(frame: Frame) -> NDArray[np.float32]:
@@ -54,8 +58,57 @@ def column(frame: Frame, name: str) -> NDArray[np.generic]:
     if name == "Timestamp":
         return array.astype(np.int64) + frame.timestamp_ns
     if name == "Time":
-        return array.astype(np.int64) + (frame.timestamp_ns - nanoseconds(frame.reference))
+        return point_times(frame) - nanoseconds(frame.reference)
     return array
+
+
+def point_times(frame: Frame) -> NDArray[np.int64]:
+    """(n,) the time [ns] as of which a transform puts each point where it was seen: of its firing, or of the one pose
+    that compensated points share.
+    """
+    import numpy as np
+
+    offsets = frame.channel("timeOffsetNs").astype(np.int64)
+    common = frame.common_ns
+    return offsets + frame.timestamp_ns if common is None else np.full_like(offsets, common)
+
+
+@dataclass(slots=True)
+class Grids:
+    """The grid of each of a lidar's frames: a row for each line, the lowest first, a column for each firing of it."""
+
+    config: Any = None
+    shape: tuple[int, int] = (0, 0)
+
+    def of(self, frame: Frame) -> CloudGrid:
+        """The grid of a frame. Raises UserError for a lidar whose grid would be far larger than its scan."""
+        import numpy as np
+
+        if frame.config is not self.config:
+            self.config, self.shape = frame.config, grid_shape(frame.config, frame.sensor_path)
+        height, width = self.shape
+        cells = frame.channel("ring").astype(np.int64) * width + frame.channel("column")
+        return CloudGrid(height, width, cells)
+
+
+def grid_shape(config: LidarConfig, path: str) -> tuple[int, int]:
+    """(lines, firings of the longest line in a scan). Raises UserError if most of the cells would always be empty."""
+    from graph.base.errors import UserError
+    from sensors.lidar.lines import lines_of
+
+    lines = lines_of(config)
+    lines.check(path)
+    height, width = lines.count, lines.longest * config.ticks_per_scan
+    if height * width > SPARSEST * config.rays_per_scan:
+        raise UserError(
+            f"{path}: an organised cloud of {height:,} lines and {width:,} columns would be nearly empty; a scan has "
+            f"{config.rays_per_scan:,} rays; leave organized out"
+        )
+    return height, width
+
+
+SPARSEST = 16
+"""An organised cloud has at most this many cells for each ray of a scan."""
 
 
 @dataclass(slots=True)
@@ -67,13 +120,12 @@ class FrameScan:
     frame_id: str
     style: ScanStyle
     config: Any = None
-    row: Any = None
+    row: BeamRow | None = None
 
     def __call__(self, frame: Frame, nanoseconds: int) -> Any:
         """The message of a frame with this stamp."""
         import numpy as np
 
-        from sensors.lidar.beams import beam_row
         from sensors.lidar.flat_scan import flat_scan, row_of
 
         from .laser_scans import laser_scan
@@ -92,20 +144,33 @@ class FrameScan:
                 frame_id=self.frame_id,
                 style=self.style,
             )
-        config = frame.config
-        if config is not self.config:
-            self.config, self.row = config, beam_row(config)
-        ranges, intensities = row_of(frame, self.row)
+        config, row = frame.config, self._row(frame)
+        ranges, intensities = row_of(frame, row)
         return laser_scan(
             ranges,
             np.clip(intensities * np.float32(255.0), 0, 255).astype(np.uint8),
-            start_deg=self.row.start_deg,
-            resolution_deg=self.row.step_deg,
-            horizontal_fov_deg=self.row.count * abs(self.row.step_deg),
+            start_deg=row.start_deg,
+            resolution_deg=row.step_deg,
+            horizontal_fov_deg=row.count * abs(row.step_deg),
             depth_range=(config.near_range_m, config.far_range_m),
             rotation_rate=float(config.scan_rate_base_hz),
-            time_increment=0.0 if frame.one_instant else self.row.time_step_s,
+            time_increment=0.0 if frame.one_instant else row.time_step_s,
             nanoseconds=nanoseconds,
             frame_id=self.frame_id,
             style=self.style,
         )
+
+    def first_ray(self, frame: Frame) -> int:
+        """The time [ns] at which the first cell of a frame's scan fires in its turn."""
+        if self.style.bins:
+            return frame.timestamp_ns
+        rate = frame.config.scan_rate_base_hz
+        turn = (frame.timestamp_ns + 1) * rate // NANOSECONDS  # a part of a scan begins within its turn
+        return nanoseconds(turn / rate) + self._row(frame).first_ns
+
+    def _row(self, frame: Frame) -> BeamRow:
+        if self.row is None or frame.config is not self.config:
+            from sensors.lidar.beams import beam_row
+
+            self.config, self.row = frame.config, beam_row(frame.config)
+        return self.row

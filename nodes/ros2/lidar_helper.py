@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -12,16 +12,18 @@ from nodes.fitting_sensors import check_fit
 
 from .debug_view import debug_view
 from .driver_clouds import DRIVER_CLOUDS, METADATA, driver_cloud
+from .frame_ids import frame_ids
 from .frame_publisher import STAMP_INPUTS, PointPublisher, detach, product_of, publish_with, warn_about_stamps
 from .frame_writers import STRING, FrameWriter, class_labels, object_id_map, stamps
 from .laser_scans import LASER_SCAN, scan_style
-from .lidar_frames import SCAN_CHANNELS, FrameScan, cloud_channels, frame_cloud
+from .lidar_frames import GRID_CHANNELS, FrameScan, Grids, cloud_channels, frame_cloud, grid_shape
 from .point_clouds import CLOUD_FIELDS, POINT_CLOUD
 from .publishing import check_names, publisher_inputs, topic_name
 
 if TYPE_CHECKING:
     from graph.sim.renderer.products import RenderProduct
     from graph.sim.renderer.sensor import Sensor
+    from sensors.frame import Frame
 
 _MESSAGES = {"laser_scan": LASER_SCAN, "point_cloud": POINT_CLOUD}
 
@@ -56,6 +58,8 @@ def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
             yield "selectedMetadata", problem
     for problem in _contradictory_fields(node.db.inputs):
         yield "fields", problem
+    if node.db.inputs.organized and not node.db.connected("inputs:type") and node.db.inputs.type == "laser_scan":
+        yield "organized", "organized is for clouds; set type to point_cloud, or leave it out"
     bins = node.settings.get(keys.SCAN_BINS)
     if bins or node.db.connected("inputs:type") or node.db.inputs.type != "laser_scan":
         return
@@ -104,10 +108,16 @@ def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
         ),
         "fields": Attribute(
             "token",
-            "a driver whose field names, offsets and types a cloud has, instead of selectedMetadata; ouster, autoware: "
-            "the stamp is the first firing, and times count from it",
+            "a driver whose field names, offsets and types a cloud has, instead of selectedMetadata; the stamp is the "
+            "first firing, and times count from it",
             default="",
             allowed_tokens=("", *DRIVER_CLOUDS),
+        ),
+        "organized": Attribute(
+            "bool",
+            "lay a cloud out as an image: a row for each line from the lowest up, a column for each firing; NaN where "
+            "nothing came back",
+            default=False,
         ),
         "enableObjectIdMap": Attribute("bool", "publish which prim each object id stands for"),
         "objectIdMapTopicName": Attribute("string", "topic of that map", default="object_id_map"),
@@ -161,6 +171,7 @@ def _attach(db: Database, product: RenderProduct) -> bool:
     metadata: tuple[str, ...] = ()
     if kind == "point_cloud":
         metadata = METADATA if inputs.fields else _metadata(db, product)
+        _check_lines(db, product, metadata)
     if "Time" in metadata:
         _warn_of_nominal_times(db, product)
     memory.product, memory.demand = product, _needs(db, kind, metadata)
@@ -219,29 +230,16 @@ def _warn_of_nominal_times(db: Database, product: RenderProduct) -> None:
 def _writers(db: Database, product: RenderProduct, kind: str, metadata: tuple[str, ...]) -> list[FrameWriter]:
     """The writers of each frame: scans or clouds and, on request, the map of object ids."""
     inputs, app = db.inputs, db.app
-    frame_id, camera = inputs.frameId, product.camera_path
-    stamp = stamps(
-        app,
-        system_time=inputs.useSystemTime,
-        reset_on_stop=inputs.resetSimulationTimeOnStop,
-        first_ray=kind == "laser_scan",
-        from_start=kind == "point_cloud" and bool(inputs.fields) and DRIVER_CLOUDS[inputs.fields].from_start,
-    )
+    camera = product.camera_path
     every = inputs.frameSkipCount + 1
     topic = topic_name(db, camera)
+    times = {"system_time": inputs.useSystemTime, "reset_on_stop": inputs.resetSimulationTimeOnStop}
     if kind == "laser_scan":
-        return [FrameWriter(app.bus, topic, LASER_SCAN, stamp, FrameScan(frame_id, scan_style(app)), every)]
-    if driver := inputs.fields:
-        return [
-            FrameWriter(
-                app.bus, topic, POINT_CLOUD, stamp, lambda frame, at: driver_cloud(frame, driver, at, frame_id), every
-            )
-        ]
-    writers = [
-        FrameWriter(
-            app.bus, topic, POINT_CLOUD, stamp, lambda frame, at: frame_cloud(frame, metadata, at, frame_id), every
-        )
-    ]
+        scan = FrameScan(inputs.frameId, scan_style(app))
+        return [FrameWriter(app.bus, topic, LASER_SCAN, stamps(app, **times, first_ray=scan.first_ray), scan, every)]
+    stamp = stamps(app, **times, from_start=bool(inputs.fields))
+    make = _cloud_maker(db, product, metadata)
+    writers = [FrameWriter(app.bus, topic, POINT_CLOUD, stamp, make, every)]
     if "ClassId" in metadata:
         make_labels = partial(_labels_message, product.sensor)
         writers.append(FrameWriter(app.bus, f"{topic}_labels", STRING, stamp, make_labels, every))
@@ -260,6 +258,20 @@ def _writers(db: Database, product: RenderProduct, kind: str, metadata: tuple[st
     return writers
 
 
+def _cloud_maker(db: Database, product: RenderProduct, metadata: tuple[str, ...]) -> Callable[[Frame, int], Any]:
+    """Frame and stamp -> cloud, as the inputs ask for it."""
+    driver, grids = db.inputs.fields, Grids() if db.inputs.organized else None
+    ids = frame_ids(db, product, "sim_lidar")
+
+    def make(frame: Frame, at: int) -> Any:
+        grid = None if grids is None else grids.of(frame)
+        if driver:
+            return driver_cloud(frame, driver, at, ids.of(frame), grid)
+        return frame_cloud(frame, metadata, at, ids.of(frame), grid)
+
+    return make
+
+
 def _ids_message(sensor: Sensor, frame: Any, at: int) -> Any:
     return object_id_map(sensor.object_ids(), at)
 
@@ -270,14 +282,24 @@ def _labels_message(sensor: Sensor, frame: Any, at: int) -> Any:
 
 def _needs(db: Database, kind: str, metadata: tuple[str, ...]) -> dict[object, tuple[frozenset[str], bool]]:
     """Owner -> the channels to request, and whether also those above the prim's auxiliary level."""
-    from sensors.channels import Consumer
-
     if kind == "laser_scan":
-        return {db.path: (SCAN_CHANNELS, False)}
-    needs: dict[object, tuple[frozenset[str], bool]] = {
-        db.path: (cloud_channels(name for name in metadata if name != "Ring"), False)
-    }
-    if "Ring" in metadata:
-        # The field is our own, so it is delivered at any auxiliary level of the prim.
-        needs[Consumer(db.path)] = (frozenset({CLOUD_FIELDS["Ring"].channel}), True)
-    return needs
+        from sensors.lidar.flat_scan import FLAT_SCAN_CHANNELS
+
+        return {db.path: (FLAT_SCAN_CHANNELS, False)}
+    return {db.path: (cloud_channels(metadata) | (GRID_CHANNELS if db.inputs.organized else frozenset()), False)}
+
+
+def _check_lines(db: Database, product: RenderProduct, metadata: tuple[str, ...]) -> None:
+    """Fails the node for a lidar whose lines cannot be numbered, or laid out as an image, where that is asked."""
+    from graph.base.errors import UserError
+    from sensors.lidar.lines import lines_of
+    from sensors.lidar.prim import read_config
+
+    config = read_config(db.app.stage.GetPrimAtPath(product.camera_path))
+    try:
+        if "Ring" in metadata:
+            lines_of(config).check(product.camera_path)
+        if db.inputs.organized:
+            grid_shape(config, product.camera_path)
+    except UserError as error:
+        db.fail(str(error))

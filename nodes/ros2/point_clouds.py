@@ -41,16 +41,32 @@ CLOUD_FIELDS: Mapping[str, CloudField] = {
     "EchoId": CloudField("echoId", ("echo_id",), "u1"),
     "TickState": CloudField("tickStates", ("tick_state",), "u1"),
     "RadialVelocityMS": CloudField("rv_ms", ("radial_velocity_ms",), "<f4"),
-    "Ring": CloudField("channelId", ("ring",), "<u2"),
+    "Ring": CloudField("ring", ("ring",), "<u2"),
     "Time": CloudField("timeOffsetNs", ("time",), "<f4"),
     "ClassId": CloudField("classId", ("class_id",), "<u4"),
 }
 
 
+@dataclass(frozen=True, slots=True)
+class CloudGrid:
+    """The shape of an organised cloud, and the cell, row x width + column, of each point, (n,). Of several points of a
+    cell the first stays; cells without one are NaN.
+    """
+
+    height: int
+    width: int
+    cells: NDArray[Any]
+
+
 def point_cloud(
-    points: NDArray[np.float32], values: Mapping[str, NDArray[Any]], nanoseconds: int, frame_id: str
+    points: NDArray[np.float32],
+    values: Mapping[str, NDArray[Any]],
+    nanoseconds: int,
+    frame_id: str,
+    grid: CloudGrid | None = None,
 ) -> Any:
-    """An unordered cloud (height 1) with packed little-endian points; dense if every coordinate is finite.
+    """A cloud with packed little-endian points, unordered (height 1) without a grid; dense if every coordinate is
+    finite.
 
     points: (N, 3) x, y, z [m]. values: by name of `CLOUD_FIELDS`, each with N rows: Timestamp uint64 absolute [ns]
     (low word first in the message), HitNormal and Velocity (N, 3), ObjectId (N, 16) bytes or (N, 4) uint32,
@@ -59,8 +75,6 @@ def point_cloud(
     Raises ValueError if an array's length is not N.
     """
     import numpy as np
-
-    from graph.sim.messages.ros_types import message_type
 
     count = len(points)
     columns: list[tuple[str, str, NDArray[Any]]] = []
@@ -75,26 +89,44 @@ def point_cloud(
         packed["x"], packed["y"], packed["z"] = points[:, 0], points[:, 1], points[:, 2]
         for name, _, column in columns:
             packed[name] = column
-        data = packed.view(np.uint8)
     else:
-        data = np.ascontiguousarray(points, dtype="<f4").view(np.uint8).reshape(-1)
+        packed = np.ascontiguousarray(points, dtype="<f4").reshape(-1).view(layout)
+    return cloud_of(packed, points, nanoseconds, frame_id, grid)
+
+
+def cloud_of(
+    packed: NDArray[Any], points: NDArray[np.float32], nanoseconds: int, frame_id: str, grid: CloudGrid | None = None
+) -> Any:
+    """The message of points (n,) of a structured type with x, y, z, which are also `points` (n, 3)."""
+    import numpy as np
+
+    from graph.sim.messages.ros_types import message_type
+
+    layout, step = packed.dtype, packed.dtype.itemsize
+    dense = bool(np.isfinite(points).all())
+    height, width = 1, len(packed)
+    if grid is not None:
+        height, width = grid.height, grid.width
+        every = np.zeros(height * width, layout)
+        every["x"] = every["y"] = every["z"] = np.nan
+        every[grid.cells[::-1]] = packed[::-1]
+        packed, dense = every, dense and len(np.unique(grid.cells)) == height * width
     field_type = message_type("sensor_msgs/msg/PointField")
     offsets: Mapping[str, Any] = layout.fields or {}
     fields = [
         field_type(name, offset, _DATATYPES[form], 1)
         for name, form, offset in ((n, _format(kind[0]), int(kind[1])) for n, kind in offsets.items())
     ]
-    step = layout.itemsize
     return message_type(POINT_CLOUD)(
         header(nanoseconds, frame_id),
-        1,
-        count,
+        height,
+        width,
         fields,
         False,
         step,
-        step * count,
-        data,
-        bool(np.isfinite(points).all()),
+        step * width,
+        packed.view(np.uint8).reshape(-1),
+        dense,
     )
 
 

@@ -9,6 +9,7 @@ from graph.node import Attribute, Database, NodeAtLoad, node_type
 from nodes.fitting_sensors import check_fit
 
 from .debug_view import debug_view
+from .frame_ids import frame_ids
 from .frame_publisher import STAMP_INPUTS, PointPublisher, detach, product_of, publish_with, warn_about_stamps
 from .frame_writers import FrameWriter, stamps
 from .lidar_frames import cloud_channels, frame_cloud
@@ -82,9 +83,11 @@ def _attach(db: Database, product: RenderProduct) -> None:
     warn_about_stamps(db)
     fields = tuple(name for option, name in _FIELDS.items() if getattr(inputs, option))
     stamp = stamps(app, system_time=inputs.useSystemTime, reset_on_stop=inputs.resetSimulationTimeOnStop)
-    frame_id = inputs.frameId
+    ids = frame_ids(db, product, "sim_radar")
     memory.product, memory.demand = product, {db.path: (cloud_channels(fields), False)}
     topic = topic_name(db, product.camera_path)
-    writer = FrameWriter(app.bus, topic, POINT_CLOUD, stamp, lambda frame, at: frame_cloud(frame, fields, at, frame_id))
+    writer = FrameWriter(
+        app.bus, topic, POINT_CLOUD, stamp, lambda frame, at: frame_cloud(frame, fields, at, ids.of(frame))
+    )
     publish_with(db, product, writer)
     memory.view = debug_view(db, product, "RtxRadarDebugDrawPointCloud", "omni:sensor:WpmDmat:outputFrameOfReference")

@@ -16,13 +16,14 @@ GRID = 0.05
 @dataclass(frozen=True, slots=True)
 class BeamRow:
     """`count` beams: number i has azimuth start_deg + i * step_deg [deg] (a negative step turns clockwise) and fires
-    i * time_step_s [s] after the first.
+    i * time_step_s [s] after the first, which fires `first_ns` after the begin of a turn.
     """
 
     start_deg: float
     step_deg: float
     count: int
     time_step_s: float
+    first_ns: int = 0
 
     def place(self, azimuth_deg: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """For azimuths (n,), the number of each beam, (n,) int64, and whether the beam is in the row, (n,) bool."""
@@ -34,28 +35,29 @@ class BeamRow:
 def beam_row(config: LidarConfig) -> BeamRow:
     """One cell for each beam of a turn, starting at the first beam.
 
-    Beams that fire along a row of equal steps keep their order. Others, such as those of emitters that fire back and
+    Beams that fire along a row of equal steps keep their order; where a sector is passed at both ends of a turn, the
+    cells between stay empty, so that times are true. Others, such as those of emitters that fire back and
     forth, are ordered counter-clockwise, with no time between them; if their spacing differs, cells have its mean.
     """
     pattern = firing_pattern(config)
     azimuth = pattern.azimuth_deg.astype(np.float64)
     if len(azimuth) < 2:
         return BeamRow(float(azimuth[0]) if len(azimuth) else 0.0, 360.0, len(azimuth), 0.0)
-    turned = np.diff(azimuth)
-    turned = (turned + 180.0) % 360.0 - 180.0
+    turned = (np.diff(azimuth) + 180.0) % 360.0 - 180.0
     step = float(np.median(turned))
+    turned = np.where(turned * step < 0, turned + np.sign(step) * 360.0, turned)
     row = _row(np.concatenate([[0.0], np.cumsum(turned)]), step) if step else None
     if row is not None:
         count, step = row
         seconds = float(pattern.offset_ns[-1] - pattern.offset_ns[0]) * 1e-9 / (count - 1)
-        return BeamRow(float(azimuth[0]), step, count, seconds)
+        return BeamRow(float(azimuth[0]), step, count, seconds, int(pattern.offset_ns[0]))
     distinct = np.unique(azimuth)
     gap = int(np.argmax(np.diff(distinct, append=distinct[0] + 360.0)))  # the row begins after the largest gap
     start = float(distinct[(gap + 1) % len(distinct)])
     ahead = np.sort((distinct - start) % 360.0)
     row = _row(ahead, float(np.median(np.diff(ahead)))) if len(ahead) > 1 else None
     count, step = row or (len(ahead), float(ahead[-1]) / max(1, len(ahead) - 1) or 360.0)
-    return BeamRow(start, step, count, 0.0)
+    return BeamRow(start, step, count, 0.0, int(pattern.offset_ns[0]))
 
 
 def _row(turned: np.ndarray, step: float) -> tuple[int, float] | None:

@@ -19,7 +19,8 @@ from .prim import read_config
 if TYPE_CHECKING:
     from pxr import Usd
 
-FLAT_SCAN_CHANNELS = frozenset({"azimuth", "distance", "scalar"})
+FLAT_SCAN_CHANNELS = frozenset({"beamAzimuth", "beamDistance", "scalar"})
+"""Angles and ranges in the sensor's frame, in whatever frame of reference it gives its points."""
 
 EDGE = 1e-3
 """Beams of a rotary lidar lie on edges between columns; this fraction of a column absorbs float32 rounding."""
@@ -124,6 +125,14 @@ def row_of(frame: Frame, row: BeamRow) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _measured(frame: Frame) -> tuple[np.ndarray, np.ndarray]:
+    """Azimuths [deg] and distances [m] in the sensor's frame. Raises UserError if the frame does not hold them."""
+    if frame.has("beamAzimuth") and frame.has("beamDistance"):
+        return frame.channel("beamAzimuth"), frame.channel("beamDistance")
+    if frame.frame_of_reference != "SENSOR":
+        raise UserError(
+            f"{frame.sensor_path}: a flat or laser scan needs points in the sensor's frame, but this frame holds them "
+            f"in outputFrameOfReference {frame.frame_of_reference}; read the scan by renderProductPath"
+        )
     azimuth, distance = frame.channel("azimuth"), frame.channel("distance")
     if not len(azimuth) and frame.has("xyz"):
         azimuth, _, distance = spherical(frame.xyz)

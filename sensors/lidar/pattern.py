@@ -12,6 +12,7 @@ import numpy as np
 from graph.base.exact import NANOSECONDS
 
 from .config import LidarConfig
+from .lines import Lines, lines_of
 
 if TYPE_CHECKING:
     from sensors.raycast.windows import RayGrid
@@ -41,6 +42,7 @@ class Pattern:
     keys: np.ndarray
     key_scale: int
     period: Fraction
+    config: LidarConfig
 
     def __len__(self) -> int:
         return len(self.offset_ns)
@@ -49,6 +51,23 @@ class Pattern:
     def columns(self) -> np.ndarray:
         """(3, N) float32, contiguous: the directions by axis."""
         return np.ascontiguousarray(self.directions.T)
+
+    @cached_property
+    def lines(self) -> Lines:
+        """The lines of its emitters."""
+        return lines_of(self.config)
+
+    @cached_property
+    def ring(self) -> np.ndarray:
+        """(N,) uint16: the line of each firing, from 0 upwards. Raises UserError if there are too many."""
+        self.lines.check(self.config.name)
+        return np.asarray(self.lines.ring[self.tick_state, self.emitter_id], np.uint16)
+
+    @cached_property
+    def column(self) -> np.ndarray:
+        """(N,) uint32: its place along that line, tick by tick."""
+        place = self.lines.place[self.tick_state, self.emitter_id]
+        return np.asarray(self.tick_id * np.int64(self.lines.longest) + place, np.uint32)
 
     def grid(self, starts: tuple[int, ...] = (0,)) -> RayGrid:
         """The grid of its directions, cut into spans that begin at `starts`; made at the first call."""
@@ -111,6 +130,7 @@ def firing_pattern(config: LidarConfig, turn: int = 0) -> Pattern:
         keys=keys[order],
         key_scale=key_scale,
         period=period,
+        config=config,
     )
 
 

@@ -155,6 +155,24 @@ class Returns:
         a, e, d = self._cached["spherical"]
         return a, e, d
 
+    def beam_azimuth(self) -> np.ndarray:
+        """Azimuths [deg] in the sensor's frame at the firing, whatever the frame of reference."""
+        return self._of_pattern(self._pattern.azimuth_deg) if self._pattern.origins is None else self._seen()[0]
+
+    def beam_distance(self) -> np.ndarray:
+        """Distances [m], as `beam_azimuth`."""
+        return self._range if self._pattern.origins is None else self._seen()[2]
+
+    def _seen(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        if "seen" not in self._cached:
+            assert self._pattern.origins is not None
+            points = self._along_beams() + self._of_pattern(self._pattern.origins)
+            if self._invalid is not None:
+                points[self._invalid] = 0.0
+            self._cached["seen"] = spherical(points)
+        a, e, d = self._cached["seen"]
+        return a, e, d
+
     def scalar(self) -> np.ndarray:
         """Intensities, as the receiver gives them."""
         if self._receiver is None or self._reflected is None:
@@ -275,6 +293,8 @@ _BEAM_CHANNELS = {
     "channelId": "channel_id",
     "tickId": "tick_id",
     "tickStates": "tick_state",
+    "ring": "ring",
+    "column": "column",
 }
 """Channels that only identify the firing -> the pattern's array."""
 
@@ -283,6 +303,8 @@ MAKERS: dict[str, Callable[[Returns], np.ndarray]] = {
     "azimuth": Returns.azimuth,
     "elevation": Returns.elevation,
     "distance": Returns.distance,
+    "beamAzimuth": Returns.beam_azimuth,
+    "beamDistance": Returns.beam_distance,
     "scalar": Returns.scalar,
     "timeOffsetNs": Returns.time_offset,
     "flags": Returns.flags,

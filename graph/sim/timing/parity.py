@@ -82,6 +82,11 @@ DIFFERENCES: tuple[Difference, ...] = (
         "(scanStart: the scan's start)",
     ),
     Difference(
+        keys.FRAME_ID_AS_GIVEN,
+        True,
+        "a cloud of points in the WORLD under the frameId of its sensor names the world in its header, or that frameId",
+    ),
+    Difference(
         keys.SCAN_BINS,
         True,
         "a LaserScan has one cell for each beam, in the order of firing, and a flat scan one for each emitter of a "

@@ -70,7 +70,7 @@ topics (none has a subscriber in the file: recordings and live transports hear t
   /points  PointCloud2  /World/G/cloud
 
 left out
-  channels  /World/Lidar: azimuth, elevation, distance and 13 more: nothing reads them
+  channels  /World/Lidar: azimuth, elevation, distance and 17 more: nothing reads them
   poses     copied only for a sensor that is due: nothing reads them after every physics step
   messages  /points: made only for a recording or a live transport: nothing in the file subscribes
 
@@ -484,3 +484,14 @@ def test_knobs_and_inputs_are_overridden_as_in_a_run(explain, folder, graph):
     for wrong, said in (("--fidelity", "KEY=VALUE"), ("--set", "NODE.ATTR=VALUE")):
         result = graph("explain", "a.yaml", wrong, "x")
         assert (result.code, result.out, result.err) == (2, "", f"graph: {wrong} x: write it as {said}\n")
+
+
+@pytest.mark.parametrize(("noise", "said"), [("off", "not added: lidar.noise is off"), ("on", "added to ranges")])
+def test_the_text_says_whether_a_constant_offset_of_ranges_is_added(folder, graph, noise, said):
+    (folder / "a.yaml").write_text(
+        HEAD.replace("OS1}", 'OS1, attributes: {"omni:sensor:Core:rangeOffsetM": 0.5}}') + ONE
+    )
+    result = graph("explain", "a.yaml", "--fidelity", f"lidar.noise={noise}")
+    assert (result.code, result.err) == (0, "")
+    [line] = [line for line in result.out.splitlines() if "rangeOffsetM" in line]
+    assert "0.5 m, " + said in line

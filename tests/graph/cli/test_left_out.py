@@ -35,7 +35,7 @@ def test_what_a_sensor_does_not_reach_what_does_not_collide_and_what_nobody_read
     assert left_out(SCENE + BALL + lidar_graph()) == [
         ("physics", "/World/Mark: no colliders"),
         ("casts", "/World/Lidar: /World/Tank, /World/Tower: beyond its range of 25 m"),
-        ("channels", "/World/Lidar: azimuth, elevation, distance and 13 more: nothing reads them"),
+        ("channels", "/World/Lidar: azimuth, elevation, distance and 17 more: nothing reads them"),
         ("poses", "copied only for a sensor that is due: nothing reads them after every physics step"),
         ("messages", "/points: made only for a recording or a live transport: nothing in the file subscribes"),
     ]

@@ -70,6 +70,19 @@ def test_colours_are_rgb8_with_the_time_of_the_update(app):
     assert colours[2, 2].tolist() == [118, 118, 118]  # on the grey wall 0.18
 
 
+def test_the_cloud_of_an_orthographic_camera_starts_each_ray_at_its_pixel(app, stage):
+    """An aperture of 20.48 tenths is 2.048 m wide: 31.25 px a metre. The box, 1 m wide, is 3.5 m away, the wall 9 m."""
+    UsdGeom.Camera.Get(stage, CAMERA).GetProjectionAttr().Set("orthographic")
+    helper(app, "depth_pcl", topicName="cloud")
+    cloud = messages(app, "/cloud")[0]
+    points = np.frombuffer(cloud.data.tobytes(), "<f4").reshape(48, 64, 3)
+    x, y = (np.arange(64) + 0.5 - 32) / 31.25, (np.arange(48) + 0.5 - 24) / 31.25
+    np.testing.assert_allclose(points[..., 0], np.broadcast_to(x, (48, 64)), atol=1e-6)
+    np.testing.assert_allclose(points[..., 1], np.broadcast_to(y[:, None], (48, 64)), atol=1e-6)
+    on_box = (np.abs(x) < 0.5) & (np.abs(y) < 0.5)[:, None]
+    np.testing.assert_allclose(points[..., 2], np.where(on_box, 3.5, 9.0), rtol=1e-6)
+
+
 def test_depth_is_metres_along_the_view_axis(app):
     helper(app, "depth", topicName="depth")
     depth = messages(app, "/depth")[0]

@@ -58,18 +58,21 @@ def test_times_count_from_the_stamp_of_the_header(lidar, world):
     app = world(physics_hz=240)
     cloud = clouds(app, fields="ouster")[0]
     # The turn [0, 0.1 s): stamped with its first firing, the last one just before 0.1 s.
-    assert (cloud.header.stamp.sec, cloud.header.stamp.nanosec) == (0, 0)
+    # Never 0, by which tf2 means the latest transform.
+    assert (cloud.header.stamp.sec, cloud.header.stamp.nanosec) == (0, 1)
     times = points(cloud)["t"]
     assert times.min() < 1_000_000
     assert 90_000_000 < times.max() < 100_000_000
 
 
-def test_velodyne_counts_back_from_the_end(lidar, world):
+def test_velodyne_counts_seconds_from_the_start_of_the_scan(lidar, world):
+    """As LIO-SAM takes it: the scan begins at the header and ends at the header plus the last point's time."""
     lidar()
-    cloud = clouds(world(physics_hz=240), fields="velodyne")[0]
-    assert cloud.header.stamp.nanosec == 100_000_000
-    times = points(cloud)["time"]
-    assert -0.1 <= times.min() < times.max() <= 0
+    second = clouds(world(physics_hz=240), fields="velodyne")[1]
+    assert second.header.stamp.nanosec == 100_000_000
+    times = points(second)["time"]
+    assert 0 <= times.min() < 0.001
+    assert 0.09 < times.max() < 0.1
 
 
 def test_ranges_and_angles_agree_with_the_coordinates(lidar, world):
@@ -112,3 +115,41 @@ def test_check_finds_a_misspelt_driver(tmp_path, capsys):
     )
     assert main(["check", str(file)]) == 2
     assert "outser" in capsys.readouterr().err
+
+
+def test_an_organised_cloud_is_an_image_of_lines_by_firings(lidar, world):
+    """XT32 at 10 Hz: 32 lines of 2000 firings, a row for each line from the lowest up, as Ouster's drivers have it."""
+    lidar("XT32")
+    app = world(physics_hz=240)
+    clouds(app, fields="ouster", topicName="image", organized=True)
+    image = app.sink["/image"][0].message
+    [flat, *_] = clouds(world(physics_hz=240), fields="ouster")
+    assert (image.height, image.width, image.row_step) == (32, 2000, 48 * 2000)
+    assert not image.is_dense
+    grid = points(image).reshape(32, 2000)
+    seen = np.isfinite(grid["x"])
+    assert seen.sum() == flat.width
+    rows = np.broadcast_to(np.arange(32)[:, None], grid.shape)
+    np.testing.assert_array_equal(grid["ring"][seen], rows[seen])
+    heights = np.rad2deg(np.arctan2(grid["z"], np.hypot(grid["x"], grid["y"])))
+    np.testing.assert_allclose(heights[seen], rows[seen] - 16, atol=1e-3)  # -16 to 15 deg, a degree apart
+    # Columns follow each other as they fire: 50 us apart, clockwise.
+    columns = np.broadcast_to(np.arange(2000), grid.shape)
+    assert np.abs(grid["t"][seen].astype(float) - columns[seen] * 50e3).max() < 50e3
+
+
+def test_an_organised_cloud_without_fields_has_the_chosen_ones(lidar, world):
+    lidar()
+    [image, *_] = clouds(world(), organized=True, selectedMetadata=["Ring", "Intensity"])
+    assert (image.height, image.width) == (1, 3600)
+    assert [field.name for field in image.fields] == ["x", "y", "z", "intensity", "ring"]
+
+
+def test_a_laser_scan_is_not_an_image(tmp_path, capsys):
+    file = tmp_path / "g.yaml"
+    file.write_text(
+        "tickgraph: 1\ngraphs:\n  /World/G:\n    nodes:\n"
+        "      cloud: {type: ROS2RtxLidarHelper, inputs: {type: laser_scan, organized: true}}\n"
+    )
+    assert main(["check", str(file)]) == 2
+    assert "organized is for clouds" in capsys.readouterr().err

@@ -163,8 +163,9 @@ def test_parts_of_scans_carry_the_time_of_their_update(drive):
     assert headers(drive(0, 10, updates=5)) == [round(Fraction(k * 10**9, 60)) for k in range(1, 6)]
 
 
-@pytest.mark.parametrize(("header", "first"), [("frame", 145_833_333), ("scanStart", 0), ("update", 150_000_000)])
+@pytest.mark.parametrize(("header", "first"), [("frame", 145_833_333), ("scanStart", 1), ("update", 150_000_000)])
 def test_the_setting_lidarHeader_chooses_the_stamp(drive, header, first):
+    # 1 ns stands for 0, by which tf2 means the latest transform.
     # The first tick of 7 Hz, 0.142857 s: the state is step 35 of 240 Hz, the update the ninth of 60 Hz.
     app = drive(7, header=header, updates=12)
     assert headers(app) == [first]
@@ -174,10 +175,10 @@ def test_the_setting_lidarHeader_chooses_the_stamp(drive, header, first):
 def test_helper_and_buffer_of_one_scan_carry_one_stamp(drive, header):
     app = drive(7, header=header)
     assert len(headers(app)) == 7
-    assert headers(app, "/buffers") == headers(app)
+    assert [max(1, stamp) for stamp in headers(app, "/buffers")] == headers(app)
 
 
-@pytest.mark.parametrize(("motion", "header"), [("frozen", 145_833_333), ("continuous", 0)])
+@pytest.mark.parametrize(("motion", "header"), [("frozen", 145_833_333), ("continuous", 1)])
 def test_a_laser_scan_carries_the_time_of_its_first_ray(drive, motion, header):
     app = drive(7, motion=motion, kind="laser_scan", updates=12)
     assert headers(app) == [header]

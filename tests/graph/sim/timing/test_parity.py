@@ -383,6 +383,16 @@ def test_row_header_of_lidar_messages(run, parity, settings, value):
     assert stamp.nanosec == {keys.HEADER_FRAME: 100_000_000, keys.HEADER_UPDATE: 125_000_000}[value]
 
 
+@both(keys.FRAME_ID_AS_GIVEN)
+def test_row_frame_of_a_cloud_in_the_world(run, parity, settings, value):
+    # Under the default frameId, which is that of the sensor.
+    app = run(lidar_graph(), parity, settings)
+    app.stage.GetPrimAtPath("/World/Lidar").GetAttribute("omni:sensor:Core:outputFrameOfReference").Set("WORLD")
+    app.play()
+    app.update(14)
+    assert app.sink.messages["/points"][0].message.header.frame_id == ("sim_lidar" if value else "world")
+
+
 @both(keys.SCAN_BINS)
 def test_row_cells_of_a_laser_scan(run, parity, settings, value):
     # A clockwise lidar of 3600 beams: 0.1 deg from beam to beam, falling as it fires, or ascending bins.
