@@ -333,7 +333,7 @@ def main() -> int:
         for first in range(args.first, args.first + args.count, size)
     ]
     with ThreadPoolExecutor(args.jobs) as jobs:
-        for part in jobs.map(lambda one: fuzz(args.seed, *one, args.keep, of_runs=args.recordings), parts):
+        for part in jobs.map(lambda one: fuzz(args.seed, one[0], one[1], args.keep, of_runs=args.recordings), parts):
             found.add(part)
             for case, what in part.failures:
                 print(f"case {case}: {what}", flush=True)
