@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -11,20 +11,25 @@ if TYPE_CHECKING:
     from graph.sim.messages.bus import MessageBus
 
 
-OF_ONE_CAMERA = frozenset(f"sensor_msgs/msg/{name}" for name in ("Image", "CompressedImage", "CameraInfo"))
-"""Message types whose subscribers take a topic for one camera's."""
+SHARED = frozenset({"tf2_msgs/msg/TFMessage"})
+"""Message types whose topics are made for several publishers: each message says what it is about."""
 
 
 def shared_topics(bus: MessageBus) -> Iterator[tuple[str, str, str]]:
-    """Code, where and message of a warning for each topic on which several nodes publish pictures or lenses."""
+    """The warnings of `shared` about the topics of a run."""
     for topic in bus.topics.values():
-        if topic.type_name in OF_ONE_CAMERA and len(topic.owners) > 1:
-            who = ", ".join(topic.owners)
-            yield (
-                "topic-shared",
-                topic.name,
-                f"{who} publish on it, and a subscriber cannot tell their messages apart; give each a topicName",
-            )
+        yield from shared(topic.name, topic.type_name, topic.owners)
+
+
+def shared(topic: str, type_name: str, publishers: Sequence[str]) -> Iterator[tuple[str, str, str]]:
+    """Code, where and message of a warning if several nodes publish on a topic that subscribers take for one's own."""
+    if type_name not in SHARED and len(publishers) > 1:
+        yield (
+            "topic-shared",
+            topic,
+            f"{', '.join(publishers)} publish on it, and a subscriber cannot tell their messages apart; give each its "
+            "own topic name",
+        )
 
 
 def topic_facts(session: Session) -> list[dict[str, Any]]:

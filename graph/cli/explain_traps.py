@@ -10,11 +10,11 @@ from graph.session.graph_checks import idle_nodes
 from graph.session.link_checks import link_notes, nobody_consumes
 from graph.session.missed_ticks import missed_ticks
 
-from .explain_topics import planned_topics, shared_topics
+from .explain_topics import planned_topics, shared, shared_topics
 from .idle_parts import latent_retriggered, product_not_made
 
 if TYPE_CHECKING:
-    from graph.evaluate import Node
+    from graph.evaluate import Graph, Node
     from graph.session.graph_links import Links
     from graph.session.open import Session
     from graph.sim import App
@@ -49,7 +49,30 @@ def wiring_traps(session: Session) -> Iterator[Trap]:
     for graph in session.runner.graphs.values():
         yield from idle_nodes(graph)
     yield from _unset_inputs(node for graph in session.runner.graphs.values() for node in graph.nodes.values())
+    yield from _unfed_inputs(session.runner.graphs.values())
     yield from _mixed_topics(session)
+
+
+def _unfed_inputs(graphs: Iterable[Graph]) -> Iterator[Trap]:
+    """Nodes that publish or command what nothing gives them: no connection and no written value."""
+    for graph in graphs:
+        written = {node.name: node.inputs for node in graph.spec.nodes}
+        for node in graph.nodes.values():
+            names = [*node.type.inputs_as("data"), *node.type.inputs_as("command")]
+            if not names or ("enabled" in node.type.inputs and node.get("enabled") is False):
+                continue
+            if any(not any(map(node.connected, group)) for group in node.empty_needs()):  # `input-not-set` says more
+                continue
+            given = {name.removeprefix("inputs:") for name in written.get(node.name, ())}
+            if not any(node.connected(name) or name in given for name in names):
+                does = (
+                    "its messages hold nothing but defaults" if node.type.inputs_as("data") else "it commands nothing"
+                )
+                yield (
+                    "input-unfed",
+                    str(node.mark or node.path),
+                    f"{node.path}: nothing feeds {' or '.join(names[:4])}, so {does}; connect what it is to send",
+                )
 
 
 def _unset_inputs(nodes: Iterable[Node]) -> Iterator[Trap]:
@@ -70,12 +93,14 @@ def _unset_inputs(nodes: Iterable[Node]) -> Iterator[Trap]:
 
 
 def _mixed_topics(session: Session) -> Iterator[Trap]:
-    """Topics on which nodes publish messages of two types: the second one ends the run."""
+    """Topics on which nodes publish messages of two types (the second ends the run), or that several share."""
     for name, publishers in planned_topics(session).items():
         types = {kind: path for path, kind in reversed([*publishers.items()]) if kind}
         if len(types) > 1:
             sends = ", but ".join(f"{path} sends {kind}" for kind, path in reversed([*types.items()]))
             yield "topic-of-two-types", name, f"{sends}; rename one of the two topics"
+        elif types:
+            yield from shared(name, next(iter(types)), [*publishers])
 
 
 def clock_traps(app: App, steps: Sequence[Step]) -> Iterator[Trap]:

@@ -1,4 +1,4 @@
-"""The parent of each published transform frame, and frames that have two parents."""
+"""The parent of each published transform frame, frames that have two parents, and frames that nobody publishes."""
 
 from __future__ import annotations
 
@@ -6,9 +6,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from graph.base.suggest import did_you_mean
+
 if TYPE_CHECKING:
     from graph.sim.messages.bus import MessageBus
 
+TIES = frozenset({"nav_msgs/msg/Odometry"})
+"""Types that say themselves where their frame is."""
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 STATIC = "_static"
 CODE = "tf-two-parents"
@@ -33,6 +37,8 @@ class FrameSink:
 
     def __init__(self) -> None:
         self._frames: dict[tuple[str, str], _Hung] = {}
+        self._named: dict[str, str] = {}
+        """Topic -> the frame that its first message names."""
         self._torn: dict[tuple[str, str], tuple[str, str, tuple[str, ...]]] = {}
 
     def advertise(self, topic: str, type_name: str) -> None:
@@ -41,6 +47,9 @@ class FrameSink:
     def write(self, message: Any) -> None:
         """Examines one message."""
         if message.type_name != TRANSFORMS:
+            if message.topic not in self._named:
+                header = getattr(message.message, "header", None)
+                self._named[message.topic] = "" if message.type_name in TIES else getattr(header, "frame_id", "")
             return
         tree = message.topic.removesuffix(STATIC)
         for transform in message.message.transforms:
@@ -62,7 +71,20 @@ class FrameSink:
         """Does nothing."""
 
     def warnings(self, bus: MessageBus) -> Iterator[tuple[str, str, str]]:
-        """Code, where and message for each frame with two parents."""
+        """Code, where and message for each frame with two parents, and each that messages name and no transform has.
+
+        Where nothing publishes transforms, another program may.
+        """
+        placed = {frame for _, frame in self._frames} | {hung.parent for hung in self._frames.values()}
+        for topic, frame in self._named.items():
+            if placed and frame and frame not in placed:
+                senders = ", ".join(bus.topics[topic].owners) or "nobody"
+                yield (
+                    "frame-unpublished",
+                    topic,
+                    f'its messages (of {senders}) name the frame "{frame}", which no transform of this run places; '
+                    f"set frameId to a published frame, or publish it{did_you_mean(frame, placed)}",
+                )
         for (_, frame), (one, other, topics) in self._torn.items():
             owners = dict.fromkeys(owner for topic in topics for owner in bus.topics[topic].owners)
             by = ", ".join(list(owners)[:LISTED]) or "nobody"

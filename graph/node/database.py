@@ -326,6 +326,12 @@ class Database:
         """
         raise LackError(message)
 
+    def source_of(self, name: str) -> str:
+        """The attribute that feeds an input, as the file writes it (`make.array`); "" if the input is unconnected."""
+        node = self._node
+        ends = {f"{owner}.{side}{name}" for owner in (node.name, node.path) for side in ("", "inputs:")}
+        return next((one.source for one in node.graph.spec.connections if one.target in ends), "")
+
     def _dynamic(self, prefix: str, stem: str) -> list[str]:
         names = self._node.names[prefix]
         if stem:

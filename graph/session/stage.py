@@ -12,6 +12,7 @@ from graph.node.context import Warn
 from graph.spec.file_spec import FileSpec, NodeSpec, Note
 
 from .overrides import SET
+from .scene_checks import named_sensors, scaled_place
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -182,23 +183,16 @@ def sensors_in_solids(stage: Usd.Stage, graphs: Sequence[Graph]) -> Iterator[Not
     from sensors.prim import read_exclude
     from sensors.products import sensor_problem
 
-    named = (
-        str(path)
-        for graph in graphs
-        for node in graph.nodes.values()
-        for name in node.type.inputs_as("sensor")
-        for path in node.get(name) or ()
-    )
-    sensors = [path for path in dict.fromkeys(named) if prim_at(stage, path) and not sensor_problem(stage, path)]
+    named = named_sensors(graphs)
+    sensors = [path for path in named if prim_at(stage, path) and not sensor_problem(stage, path)]
     prims = [prim_at(stage, path) for path in sensors]
     for path, around in zip(sensors, shapes_around(stage, prims, [*map(read_exclude, prims)]), strict=True):
         if around:
             shapes = ", ".join(around)
-            yield (
-                "sensor-in-solid",
-                path,
-                f"it starts inside {shapes}, which its rays hit first; move it, or let it pass: exclude: [{shapes}]",
-            )
+            # Where a scale has moved it, `exclude` would keep it at the wrong place.
+            moved = "a scale above it moved it there, see sensor-scaled" if scaled_place(stage, path) else ""
+            remedy = moved or f"move it, or let it pass: exclude: [{shapes}]"
+            yield "sensor-in-solid", path, f"it starts inside {shapes}, which its rays hit first; {remedy}"
 
 
 def prims_for_products(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:

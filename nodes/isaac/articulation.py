@@ -123,6 +123,10 @@ def joint_selection(db: Database, articulation: Any) -> Sequence[int]:
     inputs, names = db.inputs, articulation.joint_names
     if len(inputs.jointNames):
         known = articulation.numbers
+        if "" in inputs.jointNames:
+            element, source = list(inputs.jointNames).index(""), db.source_of("jointNames")
+            which = f"jointNames[{element}]" + (f" (element {element} of {source})" if source else "")
+            db.fail(f"{which} is unset; the robot has {', '.join(names)}")
         unknown = [name for name in inputs.jointNames if name not in known]
         if unknown:
             db.fail(f"no joint {', '.join(unknown)}; the robot has {', '.join(names)}")

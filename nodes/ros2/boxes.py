@@ -33,7 +33,7 @@ def _inputs(topic: str) -> dict[str, Attribute]:
         "execIn": Attribute("execution", "publishes"),
         **publisher_inputs(topic, frame_id="sim_camera"),
         "timeStamp": TIME_STAMP,
-        "data": Attribute("uchar[]", "boxes, one structure after the other", default=[]),
+        "data": Attribute("uchar[]", "boxes, one structure after the other", default=[], role="data"),
     }
 
 

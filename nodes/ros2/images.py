@@ -13,7 +13,7 @@ from .image_messages import CAMERA_INFO, COMPRESSED, IMAGE, PIXEL_BYTES, as_byte
 from .publishing import TIME_STAMP, Publisher, check_names, publisher_inputs, subscribed_topic
 
 EXEC_IN = Attribute("execution", "publishes")
-DATA_PTR = Attribute("uint64", "handle of the pixels; 0 takes data", default=0)
+DATA_PTR = Attribute("uint64", "handle of the pixels; 0 takes data", default=0, role="data")
 CUDA_DEVICE = Attribute("int", "must stay -1: pixels are in host memory", default=-1)
 PLUMB_BOB = "plumb_bob"
 
@@ -26,7 +26,7 @@ PLUMB_BOB = "plumb_bob"
         "execIn": EXEC_IN,
         **publisher_inputs("rgb", frame_id="sim_camera"),
         "timeStamp": TIME_STAMP,
-        "data": Attribute("uchar[]", "pixels, rows from the top", default=[]),
+        "data": Attribute("uchar[]", "pixels, rows from the top", default=[], role="data"),
         "width": Attribute("uint", "pixels in a row", default=0, unit="px"),
         "height": Attribute("uint", "rows of pixels", default=0, unit="px"),
         "encoding": Attribute(
@@ -94,8 +94,8 @@ def pixels(db: Database) -> Any:
         "execIn": EXEC_IN,
         **publisher_inputs("image_raw/compressed", frame_id="sim_camera"),
         "timeStamp": TIME_STAMP,
-        "data": Attribute("uchar[]", "the encoded image", default=[]),
-        "dataPtr": Attribute("uint64", "handle of the encoded image; 0 takes data", default=0),
+        "data": Attribute("uchar[]", "the encoded image", default=[], role="data"),
+        "dataPtr": Attribute("uint64", "handle of the encoded image; 0 takes data", default=0, role="data"),
         "bufferSize": Attribute("uint64", "size of dataPtr; not needed, the handle knows", default=0, unit="bytes"),
         "input_format": Attribute("token", "how the image is encoded", default="h264", allowed_tokens=("h264",)),
     },
@@ -126,7 +126,7 @@ def publish_compressed_image(db: Database) -> bool:
         "width": Attribute("uint", "pixels in a row", unit="px"),
         "height": Attribute("uint", "rows of pixels", unit="px"),
         "projectionType": Attribute("token", "the camera's projection; told apart by the distortion model"),
-        "k": Attribute("double[]", "intrinsic matrix 3 x 3, row by row", unit="px"),
+        "k": Attribute("double[]", "intrinsic matrix 3 x 3, row by row", unit="px", role="data"),
         "r": Attribute("double[]", "rectification matrix 3 x 3, row by row; empty is the identity"),
         "p": Attribute("double[]", "projection matrix 3 x 4, row by row; empty is k without rectification", unit="px"),
         "physicalDistortionModel": Attribute("token", f"distortion model; empty is {PLUMB_BOB}"),

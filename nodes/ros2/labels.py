@@ -26,10 +26,10 @@ CLASS = "class:"
         "execIn": EXEC_IN,
         **publisher_inputs("labels"),
         "timeStamp": TIME_STAMP,
-        "ids": Attribute("uint[]", "semantic ids"),
-        "labels": Attribute("token[]", "one text per id; `class:car` is the class car"),
+        "ids": Attribute("uint[]", "semantic ids", role="data"),
+        "labels": Attribute("token[]", "one text per id; `class:car` is the class car", role="data"),
         "semantics": Attribute("token[]", "kinds of the labels; not part of the message"),
-        "idToLabels": Attribute("string", "JSON of ids to labels; where set, ids and labels are not read"),
+        "idToLabels": Attribute("string", "JSON of ids to labels; where set, ids and labels are not read", role="data"),
     },
     memory=partial(Publisher, STRING),
 )
@@ -74,7 +74,7 @@ def _content(db: Database) -> dict[str, Any]:
         **publisher_inputs("labels"),
         "timeStamp": TIME_STAMP,
         "dataPtr": Attribute(
-            "uint64", "handle of a StableIdMap: its buffer, or a mapping of ids to prim paths", default=0
+            "uint64", "handle of a StableIdMap: its buffer, or a mapping of ids to prim paths", default=0, role="data"
         ),
         "bufferSize": Attribute("uint", "size of dataPtr; not needed, the handle knows", default=0, unit="bytes"),
     },

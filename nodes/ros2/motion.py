@@ -18,22 +18,29 @@ EXEC_IN = Attribute("execution", "publishes")
 IDENTITY = [0.0, 0.0, 0.0, 1.0]
 ZERO = [0.0, 0.0, 0.0]
 POSE_AND_VELOCITIES = {
-    "position": Attribute("vectord[3]", "position in the odom frame", default=ZERO, unit="m"),
-    "orientation": Attribute("quatd[4]", "orientation in the odom frame, x, y, z, w", default=IDENTITY),
-    "linearVelocity": Attribute("vectord[3]", "velocity along the robot's axes", default=ZERO, unit="m/s"),
-    "angularVelocity": Attribute("vectord[3]", "turn rate about the robot's axes", default=ZERO, unit="rad/s"),
+    "position": Attribute("vectord[3]", "position in the odom frame", default=ZERO, unit="m", role="data"),
+    "orientation": Attribute("quatd[4]", "orientation in the odom frame, x, y, z, w", default=IDENTITY, role="data"),
+    "linearVelocity": Attribute("vectord[3]", "velocity along the robot's axes", default=ZERO, unit="m/s", role="data"),
+    "angularVelocity": Attribute(
+        "vectord[3]", "turn rate about the robot's axes", default=ZERO, unit="rad/s", role="data"
+    ),
 }
 """Inputs of odometry publishers."""
 INERTIAL = {
     "publishOrientation": Attribute("bool", "whether orientation is part of the message", default=True),
     "publishLinearAcceleration": Attribute("bool", "whether acceleration is part of the message", default=True),
     "publishAngularVelocity": Attribute("bool", "whether the turn rate is part of the message", default=True),
-    "orientation": Attribute("quatd[4]", "orientation, x, y, z, w", default=IDENTITY, optional=True),
+    "orientation": Attribute("quatd[4]", "orientation, x, y, z, w", default=IDENTITY, optional=True, role="data"),
     "linearAcceleration": Attribute(
-        "vectord[3]", "proper acceleration along the sensor's axes", default=ZERO, optional=True, unit="m/s^2"
+        "vectord[3]",
+        "proper acceleration along the sensor's axes",
+        default=ZERO,
+        optional=True,
+        unit="m/s^2",
+        role="data",
     ),
     "angularVelocity": Attribute(
-        "vectord[3]", "turn rate about the sensor's axes", default=ZERO, optional=True, unit="rad/s"
+        "vectord[3]", "turn rate about the sensor's axes", default=ZERO, optional=True, unit="rad/s", role="data"
     ),
 }
 """Inputs of IMU publishers."""
@@ -176,11 +183,13 @@ def imu_of(db: Database, nanoseconds: int) -> Any:
         "execIn": EXEC_IN,
         **publisher_inputs("ackermann_cmd", frame_id=""),
         "timeStamp": Attribute("double", "stamp of the message", default=0, unit="s", role="stamp"),
-        "steeringAngle": Attribute("double", "angle of the virtual middle wheel", default=0.0, unit="rad"),
-        "steeringAngleVelocity": Attribute("double", "rate of that angle; 0 is at once", default=0.0, unit="rad/s"),
-        "speed": Attribute("double", "forward speed", default=0.0, unit="m/s"),
-        "acceleration": Attribute("double", "change of speed; 0 is at once", default=0.0, unit="m/s^2"),
-        "jerk": Attribute("double", "change of acceleration; 0 is at once", default=0.0, unit="m/s^3"),
+        "steeringAngle": Attribute("double", "angle of the virtual middle wheel", default=0.0, unit="rad", role="data"),
+        "steeringAngleVelocity": Attribute(
+            "double", "rate of that angle; 0 is at once", default=0.0, unit="rad/s", role="data"
+        ),
+        "speed": Attribute("double", "forward speed", default=0.0, unit="m/s", role="data"),
+        "acceleration": Attribute("double", "change of speed; 0 is at once", default=0.0, unit="m/s^2", role="data"),
+        "jerk": Attribute("double", "change of acceleration; 0 is at once", default=0.0, unit="m/s^3", role="data"),
     },
     memory=partial(Publisher, ACKERMANN),
 )

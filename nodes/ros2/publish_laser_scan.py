@@ -24,13 +24,17 @@ if TYPE_CHECKING:
         "execIn": Attribute("execution", "publishes the scan"),
         **publisher_inputs("scan", frame_id="sim_lidar"),
         "timeStamp": TIME_STAMP,
-        "dataPtr": Attribute("uint64", "handle of a lidar frame to bin; 0 takes linearDepthData", default=0),
+        "dataPtr": Attribute(
+            "uint64", "handle of a lidar frame to bin; 0 takes linearDepthData", default=0, role="data"
+        ),
         "bufferSize": Attribute("uint64", "size of dataPtr; the handle knows it", default=0, unit="bytes"),
         "horizontalFov": Attribute("float", "horizontal field of view", default=0, unit="deg"),
         "horizontalResolution": Attribute("float", "angle between neighbouring beams", default=0, unit="deg"),
         "depthRange": Attribute("float[2]", "shortest and longest range", default=[0, 0], unit="m"),
         "rotationRate": Attribute("float", "scans per second; 0 is unknown", default=0, unit="Hz"),
-        "linearDepthData": Attribute("float[]", "range of each beam; -1 for an empty one", default=[], unit="m"),
+        "linearDepthData": Attribute(
+            "float[]", "range of each beam; -1 for an empty one", default=[], unit="m", role="data"
+        ),
         "intensitiesData": Attribute(
             "uchar[]", "intensity of each beam; none means 255 where there is a range", default=[]
         ),

@@ -50,8 +50,10 @@ def _buffer_inputs() -> dict[str, Attribute]:
         "execIn": Attribute("execution", "publishes the cloud"),
         **publisher_inputs("point_cloud", frame_id="sim_lidar"),
         "timeStamp": TIME_STAMP,
-        "dataPtr": Attribute("uint64", "handle of the points, float32 x 3; 0 takes `data`", default=0, unit="m"),
-        "data": Attribute("pointf[3][]", "the points, where dataPtr is 0", default=[], unit="m"),
+        "dataPtr": Attribute(
+            "uint64", "handle of the points, float32 x 3; 0 takes `data`", default=0, unit="m", role="data"
+        ),
+        "data": Attribute("pointf[3][]", "the points, where dataPtr is 0", default=[], unit="m", role="data"),
         "cudaDeviceIndex": Attribute("int", "must stay -1: buffers are in host memory", default=-1),
         "bufferSize": Attribute("uint", "size of dataPtr; the handle knows it", unit="bytes"),
         **_buffer_inputs(),

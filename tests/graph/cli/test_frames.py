@@ -1,5 +1,7 @@
 """A frame that two publishers hang on different parents, as run and explain tell it."""
 
+import json
+
 import pytest
 
 HEAD = """\
@@ -40,3 +42,45 @@ def test_a_frame_with_two_parents_is_reported_once(folder, graph, target, more, 
     assert told == ([f"warning tf-two-parents: {where}: {SAID % BOTH}"] if where else [])
     traps = [line for line in graph("explain", "a.yaml").out.splitlines() if "tf-two-parents" in line]
     assert traps == ([f"  tf-two-parents: {where}: {SAID % BOTH}"] if where else [])
+
+
+LOST = """tickgraph: 1
+scene:
+  prims:
+    /World/Wall: {type: Cube, size: 2.0, translate: [6, 0, 1]}
+    /World/Lidar: {type: OmniLidar, config: OS1, translate: [0, 0, 1]}
+graphs:
+  /G:
+    nodes:
+      tick: OnPlaybackTick
+      time: IsaacReadSimulationTime
+      tf: {type: ROS2PublishTransformTree, inputs: {targetPrims: [/World/Lidar]}}
+      made: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Lidar}}
+      sent: {type: ROS2RtxLidarHelper, inputs: {type: point_cloud, topicName: points, frameId: NAME}}
+    connections:
+      - tick.tick -> [made.execIn, tf.execIn]
+      - time.simulationTime -> tf.timeStamp
+      - made.execOut -> sent.execIn
+      - made.renderProductPath -> sent.renderProductPath
+"""
+
+
+def test_a_frame_that_no_transform_places_is_named_after_a_run(graph, folder):
+    """The prim is called Lidar; TF names are case-sensitive. Without any TF, another program may publish it."""
+
+    def unplaced(text):
+        (folder / "lost.yaml").write_text(text)
+        report = json.loads(graph("run", "lost.yaml", "--updates", 12, "--json").out)
+        return [one for one in report["warnings"] if one["code"] == "frame-unpublished"]
+
+    (warning,) = unplaced(LOST.replace("NAME", "lidar"))
+    assert warning["where"] == "/points"
+    assert warning["message"].startswith('its messages (of /G/sent) name the frame "lidar", which no transform of this')
+    assert 'did you mean "Lidar"?' in warning["message"]
+    assert unplaced(LOST.replace("NAME", "Lidar")) == []
+    assert (
+        unplaced(
+            LOST.replace("NAME", "lidar").replace("tick.tick -> [made.execIn, tf.execIn]", "tick.tick -> made.execIn")
+        )
+        == []
+    )

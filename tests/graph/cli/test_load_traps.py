@@ -123,7 +123,11 @@ def test_inputs_that_a_type_cannot_do_without_are_reported(warnings):
             "/World/Graph/motors.inputs:targetPrim",
         ): "IsaacArticulationController cannot work without it (or robotPath); give it a value or connect it"
     }
-    assert warnings(nodes=nodes.replace("jointNames: [a]", "robotPath: /World/Wall"), wires=wires) == {}
+    robot = "robotPath: /World/Wall"
+    told = warnings(nodes=nodes.replace("jointNames: [a]", robot), wires=wires)
+    assert [code for code, _ in told] == ["input-unfed"]  # no command of its three is given
+    given = f"{robot}, velocityCommand: [1.0]"
+    assert warnings(nodes=nodes.replace("jointNames: [a]", given), wires=wires) == {}
 
 
 def test_a_length_of_0_is_reported_as_it_is(warnings):

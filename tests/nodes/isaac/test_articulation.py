@@ -74,6 +74,10 @@ def test_a_command_of_wrong_width_fails_and_nothing_is_sent(cart):
     ("inputs", "message"),
     [
         ({"jointNames": ["lift_joint"], "velocityCommand": [1.0]}, "no joint lift_joint; the robot has left_joint"),
+        (
+            {"jointNames": ["left_joint", ""], "velocityCommand": [1.0, 1.0]},
+            r"jointNames\[1\] is unset; the robot has left",
+        ),
         ({"jointIndices": [2], "velocityCommand": [1.0]}, "no joint with index 2; the robot has 2 joints"),
         ({"targetPrim": []}, "no robot; set targetPrim or robotPath"),
     ],

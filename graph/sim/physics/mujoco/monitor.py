@@ -8,6 +8,7 @@ import numpy as np
 
 from graph.sim.scene.stage import Warn
 
+from .body_watch import BodyWatch
 from .compile import lightest_share
 from .divergence import divergence
 from .library import mujoco
@@ -80,6 +81,7 @@ class Monitor:
         self._spinning = ""
         self._deep: Overlap | None = None
         self._tumbling: Tumbling | None = Tumbling(engine.model, len(engine.body_paths))
+        self._watch: BodyWatch | None = None
 
     def until_look(self) -> int:
         """The number of steps until the next look. At one: warns of a body that stops tumbling in the first of them."""
@@ -101,6 +103,9 @@ class Monitor:
         counters = self._counters
         if counters[0] or counters[1] or counters[2] or counters[6]:
             self._tell_counted()
+        if self._watch is None:
+            self._watch = BodyWatch(self._engine)
+        self._watch.look(self._engine, self._warn)
         if (self._steps - self._searched) * self._engine.dt >= SEARCHES:
             self._searched = self._steps
             self._find_lost()
