@@ -37,6 +37,12 @@ def _debug_draw(**options: Any) -> Writer:
     return PointCloudDrawing(**options)
 
 
+def _basic(**options: Any) -> Writer:
+    from .basic import BasicWriter
+
+    return BasicWriter(**options)
+
+
 DEBUG_DRAW = "RtxSensorDebugDrawPointCloud"
 REGISTRY: dict[str, WriterSpec] = {
     DEBUG_DRAW: WriterSpec(
@@ -49,5 +55,6 @@ REGISTRY |= {
     "RtxRadarDebugDrawPointCloud": WriterSpec(
         _debug_draw, {**REGISTRY[DEBUG_DRAW].defaults, "size": 0.2, "color": (1.0, 0.2, 0.3, 1.0)}
     ),
+    "BasicWriter": WriterSpec(_basic, channels=frozenset()),
 }
 """The registry, by Replicator's names, including the older ones."""
