@@ -22,6 +22,10 @@ MOST_NAMES = 12
 """Most nodes of one chain that are shown."""
 
 
+PAGES = {"OmniLidar": "lidar", "OmniRadar": "radar", "Camera": "camera"}
+"""The page of the manual about each type of sensor prim; those of all others are other-sensors."""
+
+
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's options."""
     parser.add_argument("file", metavar="FILE", type=Path, help="graph file (.yaml, .json or .usda)")
@@ -92,6 +96,19 @@ def as_text(told: Mapping[str, Any]) -> Iterator[str]:
     yield "traps" if told["traps"] else "traps: none seen"
     for trap in told["traps"]:
         yield f"  {trap['code']}: {trap['where']}: {trap['message']}"
+    yield ""
+    yield f"more: {', '.join(f'graph help {topic}' for topic in _pages(told))}"
+
+
+def _pages(told: Mapping[str, Any]) -> Iterator[str]:
+    """The pages of the manual about the parts of a file."""
+    yield "clocks"
+    if told["physics"]:
+        yield "physics"
+    types = {sensor["type"] for sensor in told["sensors"]}
+    yield from (PAGES[one] for one in PAGES if one in types)
+    if types - PAGES.keys():
+        yield "other-sensors"
 
 
 def _clocks(clocks: Mapping[str, Any]) -> Iterator[str]:

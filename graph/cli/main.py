@@ -248,6 +248,7 @@ def _dispatch(arguments: list[str], debug: bool) -> int:
             "--/path=value sets a value of the settings tree, such as --/app/runLoops/main/rateLimitFrequency=30"
         )
     module.add_arguments(parser)
+    parser.epilog = f"{f'{parser.epilog}. ' if parser.epilog else ''}The manual: graph help {name}"
     options = rest[rest.index(name) + 1 :]
     parser.refuse_unknown_options(options)
     args = parser.parse_args(options)

@@ -75,6 +75,8 @@ left out
   messages  /points: made only for a recording or a live transport: nothing in the file subscribes
 
 traps: none seen
+
+more: graph help clocks, graph help physics, graph help lidar
 """
     )
 

@@ -1,6 +1,8 @@
 """`graph help`: the list of pages, a page, a command, a word that is neither."""
 
 import io
+import os
+import subprocess
 import sys
 
 import pytest
@@ -9,6 +11,7 @@ from rich.console import Console
 from graph.cli.main import COMMANDS, main
 from graph.cli.rendering import column_widths, rendered
 from graph.manual import ORDER, page
+from tests.support.places import ROOT
 
 
 def test_the_list_has_a_line_for_each_page(capsys):
@@ -78,13 +81,24 @@ def test_columns_keep_their_longest_word_and_share_what_is_left():
     assert column_widths(columns, 80) == [5, 23, 33]
 
 
-def test_the_list_and_a_page_load_nothing_heavy():
-    import subprocess
+HEAVY = ("numpy", "mujoco", "open3d", "pxr", "numba", "matplotlib", "plotly", "rich", "pydantic")
 
-    code = (
-        "import sys; from graph.cli.main import main; main(['help']); main(['help', 'lidar']); main(['--help'])\n"
-        "print([name for name in ('numpy', 'mujoco', 'open3d', 'pxr', 'numba', 'matplotlib', 'plotly', 'rich') "
-        "if name in sys.modules])"
+
+@pytest.mark.parametrize("words", ["help", "help lidar", "help run", "--help", "new --list", "new lidar scan.yaml"])
+def test_help_and_new_load_nothing_heavy(tmp_path, words):
+    code = f"import sys; from graph.cli.main import main; main({words.split()}); print(sys.modules.keys() & {HEAVY})"
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=True,
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "[]"
+    assert done.stdout.splitlines()[-1] == "set()"
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_the_options_of_a_command_name_its_page(capsys, name):
+    assert main([name, "--help"]) == 0
+    assert " ".join(capsys.readouterr().out.split()).endswith(f"The manual: graph help {name}")
