@@ -3,15 +3,10 @@
 from __future__ import annotations
 
 import argparse
+from typing import Any
 
 from .arguments import add_nodes
 from .printing import say_json
-
-PRIM_TYPES = (
-    *("Xform", "Scope", "Cube", "Sphere", "Cylinder", "Cone", "Capsule", "Plane", "Mesh", "PhysicsScene"),
-    *("PhysicsFixedJoint", "PhysicsRevoluteJoint", "PhysicsPrismaticJoint", "PhysicsSphericalJoint"),
-)
-"""Types that an editor offers besides sensors; every other type stays legal."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,17 +20,22 @@ def run(args: argparse.Namespace) -> int:
     from graph.files import json_schema
     from graph.node import registry
     from graph.sim.fidelity import KNOBS
+    from graph.sim.scene.prim_keys import concrete_types
     from graph.sim.settings import DEFAULTS
+    from graph.spec.migration import former_names
     from sensors.configs.summary import all_assets
     from sensors.sensor_types import sensor_types
 
     knobs = {name: knob.schema for name, knob in KNOBS.items()}
     settings = {path: {"default": value} for path, value in DEFAULTS.items()}
-    prims = {
-        "type": (*PRIM_TYPES, *sensor_types()),
-        "config": [asset.short_name for asset in all_assets()],
+    shipped = dict.fromkeys(name for one in all_assets() for name in (*one.spellings, *one.products))
+    prims: dict[str, dict[str, Any]] = {
+        "type": {"enum": sorted({*sensor_types(), *concrete_types()})},
+        "config": {
+            "anyOf": [{"enum": [*shipped]}, {"pattern": r"\.[jJ][sS][oO][nN]$", "description": "a profile's file"}]
+        },
     }
-    schema = json_schema(registry.all(), knobs, settings, prims)
+    schema = json_schema(registry.all(), knobs, settings, prims, former_names())
     if args.tests:
         from graph.testing.schema import tests_schema
 

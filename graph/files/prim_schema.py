@@ -27,7 +27,10 @@ PRIM: dict[str, Any] = {
             "description": "Sensor configuration: a shipped name such as Example_Rotary, or a profile's .json file.",
             "type": "string",
         },
-        "variant": {"description": "Variant of the sensor configuration.", "type": "string"},
+        "variant": {
+            "description": "Variant of the sensor configuration; or of each variant set.",
+            "anyOf": [{"type": "string"}, {"type": "object"}],
+        },
         "aux_output_level": {
             "description": "How many channels the sensor may give.",
             "enum": ["NONE", "BASIC", "EXTRA", "FULL"],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from graph.values.types import TYPES, Type
@@ -19,18 +19,23 @@ _INTEGERS = {"int", "uint", "int64", "uint64", "uchar"}
 _NUMBERS = {"half", "float", "double", "timecode"}
 _TEXTS = {"token", "string", "path"}
 
+OWN_TYPE = r"^(?!(omni|isaacsim)\.)[^.]+\..+$"
+"""Names of node types that a schema cannot know: ids with a namespace that is none of the original's."""
+
 
 def json_schema(
     node_types: Iterable[NodeType] = (),
     knobs: Mapping[str, JsonSchema] | None = None,
     settings: Mapping[str, JsonSchema] | None = None,
-    prims: Mapping[str, Iterable[str]] | None = None,
+    prims: Mapping[str, JsonSchema] | None = None,
+    former: Mapping[str, Collection[str]] | None = None,
 ) -> JsonSchema:
     """The schema (draft 2020-12) of graph files.
 
-    With node types given, an editor completes types and their inputs; `knobs` and `settings` are the schemas of the
-    known keys of those sections; `prims` offers values for keys of inline prims (`config`). Third-party types, and
-    settings and values that are not listed, stay legal.
+    With node types given, an editor completes types and their inputs, and underlines unknown ones; types of other
+    packages pass by their ids (`OWN_TYPE`). `former`: by present id ("" for every type) the names that old files have:
+    of types under "types", of inputs under the id. `knobs` and `settings` are the schemas of the known keys of those
+    sections, `prims` those of keys of inline prims (`config`); settings that are not listed stay legal.
     """
     schema = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -40,15 +45,14 @@ def json_schema(
     schema["$defs"]["Variable"]["properties"]["type"] |= {"enum": [*TYPES]}
     types = [*node_types]
     if types:
-        _add_node_types(schema["$defs"], types)
+        _add_node_types(schema["$defs"], types, former or {})
     if knobs:
         _add_keys(schema["properties"]["fidelity"], knobs, others=False)
     if settings:
         _add_keys(schema["properties"]["settings"], settings, others=True)
-    for key, names in (prims or {}).items():
+    for key, described in (prims or {}).items():
         keys = schema["$defs"]["Scene"]["properties"]["prims"]["anyOf"][0]["additionalProperties"]["anyOf"][0]
-        about = keys["properties"][key]["description"]
-        keys["properties"][key] = {"description": about, "anyOf": [{"enum": [*names]}, {"type": "string"}]}
+        keys["properties"][key] = {"description": keys["properties"][key]["description"], **described}
     return schema
 
 
@@ -59,35 +63,73 @@ def _add_keys(section: JsonSchema, keys: Mapping[str, JsonSchema], *, others: bo
         mapping["additionalProperties"] = False
 
 
-def _add_node_types(definitions: JsonSchema, types: list[NodeType]) -> None:
-    names = {one.id: _names(one, types) for one in types}
+def _add_node_types(definitions: JsonSchema, types: list[NodeType], former: Mapping[str, Collection[str]]) -> None:
+    names = _names(types)
+    offered = {name for one in types for name in (one.id, one.short_name)}
     known = [
-        {"const": name, "description": one.doc.partition("\n")[0]} for one in types for name in sorted(names[one.id])
+        {"const": name, "description": one.doc.partition("\n")[0]}
+        for one in types
+        for name in names[one.id]
+        if name in offered
     ]
+    spellings = sorted({name for group in names.values() for name in group} - offered | {*former.get("types", ())})
     definitions["NodeType"] = {
         "description": definitions["Node"]["properties"]["type"]["description"],
-        "anyOf": [*known, {"type": "string", "minLength": 1}],
+        "anyOf": [
+            *known,
+            *([{"enum": spellings, "deprecated": True}] if spellings else ()),
+            {"type": "string", "pattern": OWN_TYPE, "description": "a type of your own or of a package, by its id"},
+        ],
     }
+    definitions["FormerInput"] = {"enum": sorted(former.get("", ()))}
     definitions["Node"]["properties"]["type"] = {"$ref": "#/$defs/NodeType"}
-    definitions["Node"]["allOf"] = [_when_type(sorted(names[one.id]), one) for one in types]
+    definitions["Node"]["allOf"] = [_when_type(names[one.id], one, former.get(one.id, ())) for one in types]
     entry = definitions["Graph"]["properties"]["nodes"]["anyOf"][0]
     entry["additionalProperties"]["anyOf"][0] = {"$ref": "#/$defs/NodeType"}
 
 
-def _names(node_type: NodeType, types: Iterable[NodeType]) -> set[str]:
-    """The id, and the short name if no other type has it."""
-    shared = sum(other.short_name == node_type.short_name for other in types) > 1
-    return {node_type.id} if shared else {node_type.id, node_type.short_name}
+def _names(types: Iterable[NodeType]) -> dict[str, list[str]]:
+    """The names of each type that files may write: its id, and the short names that mean no other type."""
+    from graph.node.registry import short_names
+
+    owners: dict[str, list[NodeType]] = {}
+    for one in types:
+        for name in short_names(one.id):
+            owners.setdefault(name, []).append(one)
+    names = {one.id: [one.id] for one in types}
+    for name in sorted(owners):
+        group = [one for one in owners[name] if one.shipped] or owners[name]
+        if len(group) == 1 and name != group[0].id:
+            names[group[0].id].append(name)
+    return names
 
 
-def _when_type(names: list[str], node_type: NodeType) -> JsonSchema:
+def _when_type(names: list[str], node_type: NodeType, former: Collection[str]) -> JsonSchema:
     sections: JsonSchema = {}
     for section, attributes in (("inputs", node_type.inputs), ("state", node_type.state)):
         settable = {name: attribute for name, attribute in attributes.items() if not attribute.is_execution}
         sections[section] = {"properties": {name: _attribute(one) for name, one in settable.items()}}
+    inputs = [*node_type.inputs, *former]
     return {
         "if": {"properties": {"type": {"enum": names}}, "required": ["type"]},
-        "then": {"properties": sections},
+        "then": {
+            "properties": sections,
+            # A node may declare inputs of its own in the file.
+            "if": {"not": {"required": ["attributes"]}},
+            "then": {
+                "properties": {
+                    "inputs": {
+                        "propertyNames": {
+                            "anyOf": [
+                                {"enum": [*inputs, *(f"inputs:{name}" for name in inputs)]},
+                                *({"pattern": f"^(inputs:)?{one}$"} for one in node_type.dynamic_patterns("inputs")),
+                                {"$ref": "#/$defs/FormerInput"},
+                            ]
+                        }
+                    }
+                }
+            },
+        },
     }
 
 

@@ -211,6 +211,10 @@ class NodeType:
                 return attribute
         return None
 
+    def dynamic_patterns(self, prefix: str) -> list[str]:
+        """Regular expressions of the names that a file may add to the inputs or outputs."""
+        return [pattern.pattern for pattern, _ in self._patterns.get(prefix, ())]
+
     @cached_property
     def _roles(self) -> Mapping[tuple[str, str], tuple[str, ...]]:
         found: dict[tuple[str, str], tuple[str, ...]] = {}

@@ -60,7 +60,7 @@ class Registry:
 
     def _note(self, type_id: str, known: NodeType | str) -> None:
         if type_id not in self._types:
-            for name in _short_names(type_id):
+            for name in short_names(type_id):
                 self._short.setdefault(name, []).append(type_id)
         self._types[type_id] = known
 
@@ -204,7 +204,7 @@ class Registry:
     def remove(self, type_id: str) -> None:
         """Removes a type. Raises KeyError for an unknown id."""
         del self._types[type_id]
-        for name in _short_names(type_id):
+        for name in short_names(type_id):
             self._short[name].remove(type_id)
             if not self._short[name]:
                 del self._short[name]
@@ -215,7 +215,8 @@ def _bare(name: str) -> str:
     return name.rpartition(".")[2].removeprefix("Ogn")
 
 
-def _short_names(type_id: str) -> set[str]:
+def short_names(type_id: str) -> set[str]:
+    """The short names of an id: its last part, with and without a leading `Ogn`."""
     short = type_id.rpartition(".")[2]
     return {short, short.removeprefix("Ogn"), f"Ogn{short}"}
 

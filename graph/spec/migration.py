@@ -73,6 +73,23 @@ def migrated_type(type_id: str, registry: Registry = DEFAULT) -> tuple[str, str 
     return new, f'node type "{type_id}" is now called "{new}"{"; the new name is used" if runs else ""}'
 
 
+def former_names(registry: Registry = DEFAULT) -> dict[str, set[str]]:
+    """Names in old files that are still read: of types under "types", of inputs by present type id, "" for all."""
+    renames = registry.library.renames
+    known = [one.id for one in registry.all()]
+    candidates = set(renames.TYPES)
+    for old, present in renames.PREFIXES.items():
+        rests = {one.removeprefix(new) for new in present for one in known if one.startswith(new)}
+        bare = {rest.removeprefix("Ogn") for rest in rests if "." not in rest}
+        for name in (*bare, *(rest.replace("ROS2", "ROS1") for rest in bare)):
+            candidates |= {f"{old}{name}", f"{old}Ogn{name}"}
+    former = {"types": {one for one in candidates if migrated_type(one, registry)[0] in registry and one not in known}}
+    inputs = {"": renames.REMOVED, **renames.RENAMED}
+    for type_id, table in inputs.items():
+        former[type_id] = {name.removeprefix("inputs:") for name in table if name.startswith("inputs:")}
+    return former
+
+
 def _is_ros1(type_id: str) -> bool:
     return "ROS1" in type_id or ".ros_bridge." in type_id or ".ros1." in type_id
 

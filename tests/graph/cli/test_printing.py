@@ -6,8 +6,9 @@ from pathlib import Path
 import pytest
 
 import graph.cli
+from graph.base.shorten import printable
 from graph.cli.main import main
-from graph.cli.printing import printable, say_json
+from graph.cli.printing import say_json
 from graph.cli.safe_log import SafeFormatter
 
 TITLE = "\x1b]0;owned\x07"

@@ -1,4 +1,5 @@
 import json
+from pathlib import Path
 
 import pytest
 
@@ -9,6 +10,7 @@ from graph.files.prim_schema import PRIM
 from graph.node import registry
 
 jsonschema = pytest.importorskip("jsonschema")
+ROOT = Path(__file__).parents[3]
 
 GOOD = [
     {},
@@ -53,7 +55,7 @@ def printed():
     return json.loads(out.getvalue())
 
 
-@pytest.fixture(params=["bare", "printed"])
+@pytest.fixture(params=["bare", "printed"], scope="module")
 def validator(request, printed):
     schema = json_schema() if request.param == "bare" else printed
     jsonschema.Draft202012Validator.check_schema(schema)
@@ -104,14 +106,68 @@ def test_an_editor_finds_every_type_input_knob_and_setting(printed):
     assert "/rtx/hydra/supportMultiTickRate" in printed["properties"]["settings"]["anyOf"][0]["properties"]
 
 
-def test_an_editor_finds_sensor_configurations_and_prim_types_and_takes_others(printed):
+def test_an_editor_finds_sensor_configurations_and_prim_types(printed):
     prims = printed["$defs"]["Scene"]["properties"]["prims"]["anyOf"][0]["additionalProperties"]["anyOf"][0]
-    offered = {key: prims["properties"][key]["anyOf"][0]["enum"] for key in ("config", "type")}
-    assert {"OS1", "Example_Rotary", "XT32"} <= {*offered["config"]}
-    assert {"OmniLidar", "Cube", "PhysicsRevoluteJoint"} <= {*offered["type"]}
-    own = {"/L": {"type": "OmniLidar", "config": "my_profile.json"}, "/D": {"type": "DomeLight"}}
-    assert jsonschema.Draft202012Validator(printed).is_valid({"tickgraph": 1, "scene": {"prims": own}})
-    assert "anyOf" not in PRIM["properties"]["config"]
+    assert {"OS1", "Example_Rotary", "XT32"} <= {*prims["properties"]["config"]["anyOf"][0]["enum"]}
+    assert {"OmniLidar", "Cube", "PhysicsRevoluteJoint", "DomeLight"} <= {*prims["properties"]["type"]["enum"]}
+    assert PRIM["properties"]["config"]["type"] == "string"
+
+
+def _prim(**keys):
+    return {"tickgraph": 1, "scene": {"prims": {"/World/A": keys}}}
+
+
+def _node(node):
+    return {"tickgraph": 1, "graphs": {"/G": {"nodes": {"a": node}}}}
+
+
+@pytest.mark.parametrize(
+    "tree",
+    [
+        _prim(type="OmniLidar", config="my_profile.json"),
+        _prim(type="OmniLidar", config="OS1", variant={"Product": "OS1"}),
+        _node("my.package.Node"),
+        _node({"type": "my.package.Node", "inputs": {"anything": 1}}),
+        _node("OgnCountdown"),
+        _node("omni.isaac.core_nodes.IsaacReadSimulationTime"),
+        _node({"type": "Countdown", "inputs": {"inputs:duration": 5}}),
+        _node({"type": "Countdown", "attributes": {"inputs:own": "int"}, "inputs": {"own": 5}}),
+        _node({"type": "Add", "inputs": {"a": 1, "c": 3}}),
+        _node({"type": "isaacsim.ros2.bridge.ROS2PublishTransformTree", "inputs": {"targetPrim": "/World"}}),
+    ],
+    ids=json.dumps,
+)
+def test_own_types_added_inputs_and_former_names_pass(printed, tree):
+    assert list(jsonschema.Draft202012Validator(printed).iter_errors(tree)) == []
+
+
+@pytest.mark.parametrize(
+    "tree",
+    [
+        _prim(type="OmniLidr"),
+        _prim(type="OmniLidar", config="OS11"),
+        _node("Countdwn"),
+        _node("omni.graph.action.Countdwn"),
+        _node({"type": "isaacsim.core.nodes.NoSuchNode"}),
+        _node({"type": "Countdown", "inputs": {"duraton": 5}}),
+        _node({"type": "OgnCountdown", "inputs": {"duraton": 5}}),
+        _node({"type": "Add", "inputs": {"count": 5}}),
+    ],
+    ids=json.dumps,
+)
+def test_an_editor_underlines_a_misspelt_type_input_or_configuration(printed, tree):
+    assert not jsonschema.Draft202012Validator(printed).is_valid(tree)
+
+
+def test_shipped_graphs_and_templates_fit_the_schema(printed):
+    from ruamel.yaml import YAML
+
+    validator = jsonschema.Draft202012Validator(printed)
+    files = [*(ROOT / "graphs").glob("*.yaml"), *(ROOT / "graph" / "cli" / "templates").glob("*.yaml")]
+    trees = {file.name: YAML(typ="safe").load(file) for file in files}
+    graphs = {name: tree for name, tree in trees.items() if "graphs" in tree}
+    assert len(graphs) > 20
+    assert {name: error.json_path for name, tree in graphs.items() for error in validator.iter_errors(tree)} == {}
 
 
 def test_the_keys_of_prims_are_those_that_the_world_knows():
