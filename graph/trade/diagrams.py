@@ -96,42 +96,82 @@ def _diagram(axis: Any, outcome: Outcome, metric: str) -> None:
     allowed = None if bound is None else about.error(bound)
     doubt = outcome.doubt(metric)
     scale = [*drawn, *([allowed] if allowed else []), *([doubt] if doubt > 0 else [])]
-    floor = min(scale, default=1.0) / 4
+    exact = any(error <= 0 for _, _, error in points)
+    floor = _log_errors(axis, min(scale, default=1.0), max(scale, default=1.0), exact)
+    where = {id(row): (cost, floor if error <= 0 else error) for row, cost, error in points}
     axis.set_xscale("log")
-    axis.set_yscale("log")
     axis.grid(which="major", color="0.9", linewidth=0.6)
     axis.set_axisbelow(True)
     if doubt > 0:
-        axis.axhspan(floor / 2, doubt, color="0.93", label="less than the reference moves when refined")
+        axis.axhspan(axis.get_ylim()[0], doubt, color="0.93", label="less than the reference moves when refined")
     if allowed:
         axis.axhline(allowed, color="tab:red", linestyle="--", linewidth=1, label="budget")
     for row, cost, error in points:
         colour, marker = _look(outcome, row)
-        exact = error <= 0
-        axis.plot(
-            *(cost, floor if exact else error, marker),
+        axis.errorbar(
+            *where[id(row)],
+            xerr=cost * row.spread.cpu if row.spread else None,
+            fmt=marker,
             color=colour,
-            markerfacecolor="none" if exact else colour,
+            markerfacecolor="none" if error <= 0 else colour,
             markersize=7,
+            elinewidth=1,
+            capsize=2,
             alpha=PALE if outcome.unresolved(row, metric) else 1.0,
             clip_on=False,
         )
     front = outcome.front(metric)
-    where = {id(row): (cost, floor if error <= 0 else error) for row, cost, error in points}
     places = [where[id(row)] for row in front if id(row) in where]
     axis.plot(*zip(*places, strict=True), color="0.35", linewidth=1, zorder=1, label="settings that pay")
-    best = outcome.recommended
+    best, word_of_it = outcome.recommended, "recommended"
+    if best is None and outcome.study.budget:
+        best, word_of_it = outcome.nearest, "nearest to the budget"
     if best is not None and id(best) in where:
-        axis.plot(*where[id(best)], "o", markersize=14, markerfacecolor="none", color="tab:red", label="recommended")
-    axis.set_ylim(floor / 2, max(scale, default=1.0) * 3)
+        _mark(axis, where[id(best)], word_of_it, _name(best))
     _few_ticks(axis, [cost for _, cost, _ in points])
     _number(axis, places)
     unit = f" [{about.unit}]" if about.unit else ""
     axis.set_title(f"{metric}: {about.doc}", fontsize=8.5, loc="left")
     axis.set_ylabel(f"{f'1 - {metric}' if about.more else metric}{unit}", fontsize=9)
     names = "\n".join(f"{number}  {_name(row)}" for number, row in enumerate(front, 1))
-    axis.set_xlabel(f"{COST}; open symbols: no difference\n{names}", fontsize=8)
+    axis.set_xlabel(f"{COST}, bars: spread of the runs\n{names}", fontsize=8)
     axis.spines[["top", "right"]].set_visible(False)
+
+
+def _log_errors(axis: Any, low: float, high: float, exact: bool) -> float:
+    """Makes the errors' axis logarithmic, for errors from `low` to `high`; gives the place of an error of 0.
+
+    A logarithm has no 0: it has a line of its own below a gap, with its own tick.
+    """
+    from matplotlib.ticker import FixedLocator, FuncFormatter, LogFormatterSciNotation, LogLocator, NullLocator
+
+    step = max(0.15, 0.09 * math.log10(3 * high / low))  # decades
+    gap, zero, end = (low / 10 ** (part * step) for part in (1, 2, 3))
+    axis.set_yscale("log")
+    axis.set_ylim(end if exact else gap, high * 3)
+    if not exact:
+        return zero
+    axis.axhspan(end, gap, facecolor="0.97", zorder=0)
+    axis.axhline(gap, color="0.4", linewidth=1, linestyle=(0, (1, 2)))
+    few = high / low < 100
+    found = LogLocator(subs=(1, 2, 5) if few else (1,), numticks=9).tick_values(low, high)
+    powers = LogFormatterSciNotation()
+    powers.axis = axis.yaxis
+    axis.yaxis.set_major_locator(FixedLocator([zero, *(tick for tick in found if gap < tick < 3 * high)]))
+    said = FuncFormatter(lambda value, _: "0" if value < gap else f"{value:.3g}" if few else powers(value))
+    axis.yaxis.set_major_formatter(said)
+    axis.yaxis.set_minor_locator(NullLocator())
+    return zero
+
+
+def _mark(axis: Any, place: tuple[float, float], what: str, name: str) -> None:
+    """A ring about a setting, with its name."""
+    ring = {"markersize": 15, "markerfacecolor": "none", "markeredgewidth": 1.8, "color": "tab:red"}
+    axis.plot(*place, "o", **ring, label=what, zorder=4)
+    axis.annotate(
+        name, place, xytext=(13, 9), textcoords="offset points", fontsize=9, color="tab:red", weight="bold",
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1},
+    )  # fmt: skip
 
 
 def _number(axis: Any, places: Sequence[tuple[float, float]]) -> None:
