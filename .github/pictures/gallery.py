@@ -235,7 +235,7 @@ def trade(runs: Runs) -> None:
     if not (out / "trade.png").is_file():
         graph(
             *("trade", "graphs/lidar_motion_frozen.yaml", "--vary", "lidar.motion=frozen,update,continuous"),
-            *("--vary", "physics.hz=60,120,240,480", "--budget", "lidar.range_p99=0.05", "--duration", "0.5"),
+            *("--vary", "physics.hz=120,240,480", "--budget", "lidar.range_p99=0.2", "--duration", "0.5"),
             *("--out", str(out)),
         )
     write(Image.open(out / "trade.png"), "trade")

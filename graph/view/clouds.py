@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from graph.export.scans import Scan
 from graph.sim.transforms import Floats
+from sensors.writers.palette import indices
 
-from .colours import indices
 from .thinning import some
 
 LABELS = ("ring", "channel", "class_id", "label", "object_id", "semantic")
@@ -31,7 +31,7 @@ FLAT_DEG = 2.0
 class CloudFrame:
     """One cloud: places (n, 3) in the panel's frame and local (n, 3) in the sensor's [m], values (n,) by name.
 
-    total: the points of the message.
+    total: the points of the message. pose: (4, 4) of the sensor in the panel's frame.
     """
 
     stamp_ns: int
@@ -39,6 +39,7 @@ class CloudFrame:
     local: Floats
     values: dict[str, NDArray[Any]]
     total: int
+    pose: Floats
 
 
 @dataclass(slots=True)
@@ -70,6 +71,7 @@ class CloudPanel:
                 local[thin][good],
                 {k: v[good] for k, v in values.items()},
                 len(scan.points),
+                np.eye(4) if scan.pose is None else scan.pose,
             )
         )
 
@@ -79,6 +81,16 @@ class CloudPanel:
         if not full:
             return None
         return np.min([one.min(axis=0) for one in full], axis=0), np.max([one.max(axis=0) for one in full], axis=0)
+
+    def span(self) -> tuple[Floats, Floats] | None:
+        """The bounds of points and sensor; None without a point."""
+        found = self.bounds()
+        if found is None:
+            return None
+        at = np.array([one.pose[:3, 3] for one in self.frames])
+        flat = np.array([1.0, 1.0, 0.0])  # colours are of the points' heights
+        low, high = (np.where(flat > 0, side, ends) for side, ends in zip((at.min(0), at.max(0)), found, strict=True))
+        return np.minimum(found[0], low), np.maximum(found[1], high)
 
     def inner(self) -> Floats:
         """(2, 3) the coordinates between which all but the farthest fiftieths of the points are, at each end."""

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from graph.export.images import pixels
+from sensors.writers.palette import NEAR, indices, spread
 
-from .colours import indices, picture
+from .colours import picture
 
 WIDEST = 480
 """Pixels of a picture in the page; wider images are made smaller."""
@@ -19,7 +20,7 @@ MIXER = 2654435761
 def image_of(message: Any) -> tuple[Any, str, tuple[float, float] | None]:
     """The picture of a `sensor_msgs/Image` in its own size, and the format that fits it (JPEG, PNG).
 
-    Of distances also those [m] of the first and the last colour: all but the most extreme hundredths.
+    Of distances also those [m] of the first and the last colour: the nearest, and nearly the farthest.
     Raises ValueError for an image that cannot be read.
     """
     from PIL import Image
@@ -38,9 +39,7 @@ def image_of(message: Any) -> tuple[Any, str, tuple[float, float] | None]:
         return Image.fromarray(np.ascontiguousarray(found)), "PNG", None
     values = found.astype(np.float64)
     values = np.where(values > 0, values, np.nan) if encoding != "mono16" else values
-    known = values[np.isfinite(values)]
-    low, high = np.percentile(known, (1, 99)) if len(known) else (0.0, 1.0)
-    low, high = float(low), float(high)
+    low, high = spread(values, NEAR)
     metres = (low, high) if encoding == "32FC1" else (low / 1000, high / 1000) if encoding == "16UC1" else None
     return picture(indices(values, low, high)), "PNG", metres
 

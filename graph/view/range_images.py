@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from graph.export.scans import Scan
+from sensors.writers.palette import indices
 
-from .colours import indices, picture
+from .colours import picture
 
 COLUMNS = 900
 ROWS = 64

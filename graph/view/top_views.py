@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 
 from graph.sim.transforms import Floats
+from sensors.writers.palette import indices
+from sensors.writers.scale import draw_labels, draw_mark, draw_rings, with_bar
 
-from .colours import indices, picture
+from .colours import picture
 
 SIZE = 700
 """Pixels of the longer side."""
@@ -20,9 +22,10 @@ LARGEST_DOT = 7
 """Pixels of a point's side at most."""
 
 
-def top_view(places: Floats, low: Floats, high: Floats) -> Any:
+def top_view(places: Floats, low: Floats, high: Floats, pose: Floats | None = None) -> Any:
     """x to the right, y up, the highest point of each pixel by its height; low, high (3,): what the picture spans.
 
+    pose: (4, 4) of the sensor, which then has rings of equal range about it and its mark.
     A point is a square of pixels, the larger the fewer there are.
     """
     span = np.maximum(high - low, 1e-6)
@@ -37,4 +40,12 @@ def top_view(places: Floats, low: Floats, high: Floats) -> Any:
             rows = np.clip(row + down - side // 2, 0, height - 1)
             columns = np.clip(column + right - side // 2, 0, width - 1)
             np.maximum.at(image, rows * width + columns, places[:, 2])
-    return picture(indices(image.reshape(height, width), float(low[2]), float(high[2])))
+    drawn = picture(indices(image.reshape(height, width), float(low[2]), float(high[2])))
+    if pose is None:
+        return drawn
+    middle = (float(pose[0, 3] - low[0]) / step, float(high[1] - pose[1, 3]) / step)
+    drawn = drawn.convert("RGB")
+    draw_rings(drawn, middle, 1 / step)
+    draw_labels(drawn, middle, 1 / step)
+    draw_mark(drawn, middle, (float(pose[0, 0]), float(-pose[1, 0])))
+    return with_bar(drawn, float(low[2]), float(high[2]), "height [m]")

@@ -155,8 +155,12 @@ def write_pictures(found: Collected, out: Path) -> list[Path]:
         for name, pictures in kinds.items():
             write(names[name] + suffix, ((one.stamp_ns, partial(_image, one)) for one in pictures))
     for name, panel in found.clouds.items():
-        if (bounds := panel.bounds()) is not None:
-            views = ((one.stamp_ns, partial(top_view, one.places, *bounds)) for one in panel.frames if len(one.places))
+        if (span := panel.span()) is not None:
+            views = (
+                (one.stamp_ns, partial(top_view, one.places, *span, one.pose))
+                for one in panel.frames
+                if len(one.places)
+            )
             write(f"{names[name]}_top", views)
     return written
 

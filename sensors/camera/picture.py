@@ -48,6 +48,7 @@ class Pictures:
         self._places = sample_places(samples)
         self._rays: list[CameraRays] = []
         self._shadows: Shadows | None = None
+        self._darkness_told = False
 
     @property
     def samples(self) -> int:
@@ -98,7 +99,8 @@ class Pictures:
             pose[:3, 3],
             app.warn,
         )
-        if lighting.dark:
+        if lighting.dark and not self._darkness_told:
+            self._darkness_told = True
             app.warn("no-light", self._path, "no light shines: pictures are black; add a DistantLight or a DomeLight")
         return lighting
 

@@ -106,6 +106,19 @@ class Drawing:
             np.floor(width / 2 + flat[:, 0]).astype(np.int64),
         )
 
+    def _squares(self, picture: np.ndarray, places: np.ndarray, side: int, color: np.ndarray) -> None:
+        """Paints places (n, 2) as squares of `side` pixels; color: (3,) of all, or (n, 3)."""
+        rows, columns = self._pixel(places)
+        width, height = self._pixels
+        first = -(side // 2)
+        for down in range(first, first + side):
+            for right in range(first, first + side):
+                inside = (
+                    (rows + down >= 0) & (rows + down < height) & (columns + right >= 0) & (columns + right < width)
+                )
+                shown = color[inside] if color.ndim > 1 else color
+                picture[rows[inside] + down, columns[inside] + right] = shown
+
     def _lines(self, picture: np.ndarray) -> None:
         center, scale = self._view()
         step = next(step for step in (1.0, 10.0, 100.0, 1e3, 1e9) if step * scale >= 12)
@@ -176,17 +189,6 @@ class PointCloudDrawing(Drawing):
             inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
             picture[rows[inside], columns[inside]] = SENSOR
         return picture
-
-    def _squares(self, picture: np.ndarray, places: np.ndarray, side: int, color: np.ndarray) -> None:
-        rows, columns = self._pixel(places)
-        width, height = self._pixels
-        first = -(side // 2)
-        for down in range(first, first + side):
-            for right in range(first, first + side):
-                inside = (
-                    (rows + down >= 0) & (rows + down < height) & (columns + right >= 0) & (columns + right < width)
-                )
-                picture[rows[inside] + down, columns[inside] + right] = color
 
 
 class RayDrawing(Drawing):

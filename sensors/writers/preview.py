@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,23 +15,27 @@ from graph.base.outputs import remove
 from sensors.callbacks import on_frame
 from sensors.sensor_types import sensor_type
 
-from .drawing import PointCloudDrawing, file_stem, write_png
+from .drawing import file_stem, write_png
+from .palette import NEAR, indices, palette, spread
+from .scale import with_bar
+from .top_picture import TopPicture
 
 if TYPE_CHECKING:
     from graph.sim import App
     from graph.sim.renderer.products import RenderProduct
     from sensors.frame import Frame
 
-FEW, SMALL_M, LARGE_M = 2000, 0.05, 0.4
-"""Points of a cloud of fewer than `FEW` are drawn with a side of `LARGE_M`, others with `SMALL_M`."""
+LIT, DEPTHS = ("rgb", "HdrColor"), ("distance_to_image_plane", "distance_to_camera")
+"""Channels of cameras: colours, which need light, and distances."""
 BEFORE_RENDERING = -1000
 
 
 class Previews:
     """Writes `<folder>/<sensor>_<frame>.png` of every sensor of an App, `rate` times a simulated second.
 
-    Cameras: their colours. Sensors that measure points: those points in the world, seen from above; all pictures of a
-    sensor show the same part of the world. Other sensors: nothing. A picture shows the first frame at or after its
+    Cameras: their colours, or distances where these are all that somebody reads. Sensors that measure points: those
+    points in the world, seen from above, coloured by height; all pictures of a sensor show the same part of the world.
+    Other sensors: nothing. A picture shows the first frame at or after its
     time; the sensor computes what the pictures need in every frame until `close`. After a stop frames count on, also of
     a product that is made again. The first picture replaces those of an earlier run. Raises RunError from an update in
     which a picture cannot be written.
@@ -58,8 +62,8 @@ class Previews:
 
     def _follow(self, product: RenderProduct) -> None:
         kind = sensor_type(product.sensor.type_name)
-        channel = next((name for name in ("rgb", "xyz") if kind and name in kind.measures), None)
-        if channel is None:
+        channel = _drawn(kind.measures if kind else (), product.sensor.consumers())
+        if not channel:
             return
         series = self._series.setdefault(product.path, _Series(channel, self._period))
 
@@ -81,6 +85,14 @@ class Previews:
                 remove(file)
 
 
+def _drawn(measures: Collection[str], consumed: Collection[str]) -> str:
+    """The channel that a picture shows of those that a sensor measures; consumed: what somebody reads."""
+    if "rgb" not in measures:
+        return "xyz" if "xyz" in measures else ""
+    depth = next((name for name in DEPTHS if name in consumed and name in measures), "")
+    return depth if depth and not any(name in consumed for name in LIT) else "rgb"
+
+
 @dataclass
 class _Series:
     """The pictures at one path, of one product or of several that follow each other."""
@@ -91,7 +103,8 @@ class _Series:
     _earlier: int = 0
     """Frames of earlier plays."""
     _latest: int = -1
-    _drawing: PointCloudDrawing | None = None
+    _drawing: TopPicture = field(default_factory=TopPicture)
+    _depths: tuple[float, float] | None = None
 
     def number(self, frame: Frame) -> int | None:
         """The number of a frame, counted on from play to play, if a picture of it is due; else None."""
@@ -107,5 +120,17 @@ class _Series:
         """(height, width, 3) uint8."""
         if self.channel == "rgb":
             return np.asarray(frame.channel("rgb"))[..., :3]
-        self._drawing = self._drawing or PointCloudDrawing(size=LARGE_M if frame.count < FEW else SMALL_M)
+        if self.channel in DEPTHS:
+            return self._depth(np.asarray(frame.channel(self.channel), np.float64))
         return self._drawing.draw(frame)
+
+    def _depth(self, depth: np.ndarray) -> np.ndarray:
+        """A depth image in the colours of the first one's range, above their bar."""
+        from PIL import Image
+
+        depth = depth.reshape(depth.shape[:2])
+        if self._depths is None and np.isfinite(depth).any():
+            self._depths = spread(depth, NEAR)
+        low, high = self._depths or (0.0, 1.0)
+        image = Image.fromarray(palette()[indices(depth, low, high)])
+        return np.asarray(with_bar(image, low, high, "depth [m]"))

@@ -1,5 +1,6 @@
 """`graph run --preview`: pictures of what the sensors see."""
 
+import json
 from fractions import Fraction
 
 import numpy as np
@@ -8,7 +9,9 @@ from PIL import Image
 
 from graph.cli.main import main
 from graph.sim import App
+from sensors.writers.palette import NOTHING
 from sensors.writers.preview import Previews
+from sensors.writers.scale import BAR_HEIGHT, MARK, RING, ring_step
 
 TEXT = """
 tickgraph: 1
@@ -90,3 +93,56 @@ def test_a_preview_needs_a_folder(file, options, said, capsys):
 def test_a_rate_that_cannot_be_is_refused(tmp_path, file, rate, capsys):
     assert main(["run", str(file), "--out", str(tmp_path / "out"), f"--preview={rate}"]) == 2
     assert "--preview" in capsys.readouterr().err
+
+
+DEPTH = """
+tickgraph: 1
+scene:
+  prims:
+    /World/Wall: {type: Cube, size: 2.0, translate: [4, 0, 0]}
+    /World/Camera: {type: Camera, rotate: [90, 0, -90], attributes: {focalLength: 18}}
+graphs:
+  /World/Graph:
+    nodes:
+      tick: OnPlaybackTick
+      camera: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Camera, width: 320, height: 240}}
+      out: {type: ROS2CameraHelper, inputs: {type: KIND, topicName: seen, frameId: Camera}}
+    connections:
+      - tick.tick -> camera.execIn
+      - camera.execOut -> out.execIn
+      - camera.renderProductPath -> out.renderProductPath
+"""
+
+
+@pytest.mark.parametrize(("kind", "warned"), [("depth", 0), ("rgb", 1)])
+def test_a_camera_of_which_only_depth_is_read_shows_depth_and_needs_no_light(tmp_path, kind, warned):
+    """The wall's front is 3 m away; its whole image has one depth, between sky of none. No light: rgb is black."""
+    file = tmp_path / "camera.yaml"
+    file.write_text(DEPTH.replace("KIND", kind))
+    out = tmp_path / "out"
+    assert main(["run", str(file), "--updates", "4", "--out", str(out), "--preview"]) == 0
+    picture = np.asarray(Image.open(out / "preview" / "World_Camera_000000.png"))
+    report = json.loads((out / "report.json").read_text())
+    dark = [one for one in report["warnings"] if one["code"] == "no-light"]
+    assert [one.get("count", 1) for one in dark] == [1] * warned
+    if kind == "depth":
+        assert picture.shape == (240 + BAR_HEIGHT, 320, 3)
+        assert (picture[0, 0] == NOTHING).all()
+        assert (picture[120, 160] != NOTHING).any()
+        assert len(np.unique(picture[245:250].reshape(-1, 3), axis=0)) > 50  # the bar's colours
+    else:
+        assert picture.max() == 0
+
+
+def test_rings_are_a_round_number_of_metres_apart():
+    """At 20 pixels a metre 90 pixels are 4.5 m, so rings are 5 m apart; at 1000 pixels 0.09 m, so 0.1 m."""
+    assert [ring_step(pixels) for pixels in (20, 45, 90, 1000)] == pytest.approx([5, 2, 1, 0.1])
+
+
+def test_a_cloud_is_drawn_with_rings_and_the_mark_of_the_sensor(tmp_path, file):
+    assert main(["run", str(file), "--updates", "6", "--out", str(tmp_path / "out"), "--preview"]) == 0
+    picture = np.asarray(Image.open(tmp_path / "out" / "preview" / "World_Lidar_000000.png")).astype(int)
+    colours = {tuple(one) for one in np.unique(picture.reshape(-1, 3), axis=0).tolist()}
+    assert {RING, MARK} <= colours
+    rows, columns = np.nonzero((picture == MARK).all(axis=2))
+    assert np.ptp(columns) > np.ptp(rows)  # it points along +x, to the right

@@ -1,0 +1,44 @@
+"""Numbers as colours: the palette Turbo (A. Mikhailov, 2019), as matplotlib ships it."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+NOTHING = (24, 26, 32)
+"""Colour of what has no value."""
+
+
+@cache
+def palette() -> NDArray[np.uint8]:
+    """(256, 3) colours; the first is that of what has no value."""
+    from matplotlib import colormaps
+
+    colours = colormaps["turbo"](np.linspace(0, 1, 255))[:, :3] * 255
+    found: NDArray[np.uint8] = np.concatenate([[NOTHING], np.round(colours)]).astype(np.uint8)
+    return found
+
+
+def indices(values: NDArray[Any], low: float, high: float) -> NDArray[np.uint8]:
+    """Palette numbers of values: 1 at `low` and below, 255 at `high` and above, 0 where a value is not finite."""
+    share = (np.asarray(values, np.float64) - low) / ((high - low) or 1.0)
+    known = np.isfinite(share)
+    found = np.where(known, 1 + np.round(np.clip(np.where(known, share, 0), 0, 1) * 254), 0)
+    return found.astype(np.uint8)
+
+
+NEAR = 95
+"""The hundredth of distances above which all have the last colour: the horizon is far behind what is looked at."""
+
+
+def spread(values: NDArray[Any], upper: float = 99) -> tuple[float, float]:
+    """The first and the `upper` hundredth of the finite values; 0 and 1 without any."""
+    known = np.asarray(values, np.float64)
+    known = known[np.isfinite(known)]
+    if not len(known):
+        return 0.0, 1.0
+    low, high = (float(one) for one in np.percentile(known, (1, upper)))
+    return (low, high) if high > low else (low - 0.5, low + 0.5)
