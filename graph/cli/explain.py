@@ -12,7 +12,7 @@ from graph.base.exact import shortest
 from graph.base.shorten import listed
 
 from .arguments import add_allow, add_nodes, add_overrides, add_skip_outside, fidelity_of, overrides_of
-from .printing import counted, say, say_json
+from .printing import aligned, counted, say, say_json
 
 MOST_CYCLES = 5
 """Most cycles of one graph that are shown."""
@@ -135,7 +135,7 @@ def _clocks(clocks: Mapping[str, Any]) -> Iterator[str]:
         rows.append(("sensors", "follow the loop's time since the App was made: multi-tick rendering is off"))
     if clocks["frames_later"]:
         rows.append(("frames", "are delivered in the update after the one that renders them"))
-    yield from _aligned(rows)
+    yield from aligned(rows)
 
 
 def _physics(physics: Mapping[str, Any]) -> Iterator[str]:
@@ -147,7 +147,7 @@ def _physics(physics: Mapping[str, Any]) -> Iterator[str]:
         cones = f"{physics['cone']} cones, impratio {physics['impratio']:g}"
         solver = f"{physics['solver']} of at most {physics['iterations']} iterations"
         rows.append(("options", f"{physics['integrator']}, {solver}, {cones}"))
-    yield from _aligned([*rows, *(("error", line) for line in physics["advice"])])
+    yield from aligned([*rows, *(("error", line) for line in physics["advice"])])
 
 
 def _graphs(graphs: Sequence[Mapping[str, Any]]) -> Iterator[str]:
@@ -158,7 +158,7 @@ def _graphs(graphs: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         chain = graph["longest_chain"]
         rows = [("chain", f"longest, {len(chain):,} nodes: {_shown(chain)}")] if len(chain) > 1 else []
         rows += [("cycle", _shown(cycle)) for cycle in graph["cycles"][:MOST_CYCLES]]
-        for line in _aligned(rows):
+        for line in aligned(rows):
             yield f"  {line}"
 
 
@@ -177,12 +177,12 @@ def _sensor(sensor: Mapping[str, Any], span: str) -> Iterator[str]:
     kind = sensor_type(sensor["type"])
     rows = list(kind.rows(sensor)) if kind else []
     if kind and kind.read_by:
-        yield from _aligned([*rows, ("product", f"not rendered: {kind.read_by} reads it")])
+        yield from aligned([*rows, ("product", f"not rendered: {kind.read_by} reads it")])
         return
     if not sensor["product"]:
         makers = ", ".join(sensor["made_by"])
         rows.append(("product", f"none so far: {makers} made none" if makers else "none: nobody renders it"))
-        yield from _aligned(rows)
+        yield from aligned(rows)
         return
     made = f"since {shortest(sensor['exists_from_s'])} s, made in update {sensor['made_in_update']}"
     rows.append(("product", f"{made} by {', '.join(sensor['made_by']) or sensor['product']}"))
@@ -196,7 +196,7 @@ def _sensor(sensor: Mapping[str, Any], span: str) -> Iterator[str]:
     for name, asked in sensor["consumers"].items():
         only = "  (while it has a subscriber)" if asked["needs_subscriber"] else ""
         rows.append(("for", f"{name}: {' '.join(asked['channels'])}{only}"))
-    yield from _aligned(rows)
+    yield from aligned(rows)
 
 
 def _topics(topics: Sequence[Mapping[str, Any]]) -> Iterator[str]:
@@ -208,7 +208,7 @@ def _topics(topics: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         if heard:
             row.append("heard in the file" if topic["heard_in_file"] else "no subscriber in the file")
         rows.append(row)
-    yield from _aligned(rows)
+    yield from aligned(rows)
 
 
 def _left_out(parts: Sequence[Mapping[str, Any]]) -> Iterator[str]:
@@ -218,15 +218,7 @@ def _left_out(parts: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         names = [listed(part["names"], MOST_LEFT_OUT)] if part["names"] else []
         where = [] if part["where"] == "/" else [part["where"]]
         rows.append((part["part"], ": ".join([*where, *names, part["why"]])))
-    yield from _aligned(rows)
-
-
-def _aligned(rows: Any) -> Iterator[str]:
-    table = [tuple(row) for row in rows]
-    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-    for row in table:
-        cells = (f"{cell:{width}}" for cell, width in zip(row, widths, strict=True))
-        yield "  " + "  ".join(cells).rstrip()
+    yield from aligned(rows)
 
 
 def _steps(count: Fraction) -> str:

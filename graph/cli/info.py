@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .arguments import add_limit
-from .printing import counted, say, say_json, tell
+from .printing import counted, say_hanging, say_json, tell
 from .progress import reading
 
 SHOWN = 3
@@ -40,7 +40,7 @@ def run(args: argparse.Namespace) -> int:
             say_json(_as_json(recording, found))
             return 0
         for line in _lines(recording, found):
-            say(line)
+            say_hanging(line)
         for note in recording.notes:
             tell(note)
         for topic, why in recording.skipped.items():

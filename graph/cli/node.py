@@ -9,10 +9,13 @@ from typing import TYPE_CHECKING
 
 from .arguments import add_nodes
 from .describe import default_of, node_type_as_dict, type_name
-from .printing import safe_line, say, say_json
+from .printing import aligned, safe_line, say, say_json
 
 if TYPE_CHECKING:
     from graph.node.declaration import Attribute, NodeType
+
+WIDEST = 24
+"""Characters of names and types from which on they do not widen their column: unions may be long."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -42,7 +45,7 @@ def describe(node_type: NodeType) -> Iterator[str]:
     yield f"{node_type.id} (version {node_type.version})"
     if node_type.doc:
         yield ""
-        yield from (f"  {line}".rstrip() for line in node_type.doc.splitlines())
+        yield from aligned((line,) for line in node_type.doc.splitlines())
     yield from _section("inputs", {**node_type.inputs, **node_type.dynamic_inputs})
     yield from _section("outputs", {**node_type.outputs, **node_type.dynamic_outputs})
     yield from _section("state", node_type.state)
@@ -60,12 +63,11 @@ def _section(title: str, attributes: Mapping[str, Attribute]) -> Iterator[str]:
         return
     yield ""
     yield f"{title}:"
-    name_width = max(map(len, attributes))
-    type_width = min(max(len(type_name(attribute)) for attribute in attributes.values()), 24)
+    rows = []
     for name, attribute in attributes.items():
         notes = "; ".join(_notes(attribute))
-        doc = safe_line(attribute.doc) + (f" ({notes})" if notes else "")
-        yield f"  {name:{name_width}}  {type_name(attribute):{type_width}}  {doc}"
+        rows.append((name, type_name(attribute), safe_line(attribute.doc) + (f" ({notes})" if notes else "")))
+    yield from aligned(rows, most=WIDEST)
 
 
 def _notes(attribute: Attribute) -> Iterator[str]:

@@ -6,12 +6,15 @@ goes through `safe_line` or `printable`; no other module of the commands prints.
 
 from __future__ import annotations
 
+import shutil
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 from graph.base.errors import Problem
 from graph.base.shorten import brief, printable
+
+from .tables import hanging, table_lines, wrapped_last
 
 
 def problem_line(problem: Problem) -> str:
@@ -47,34 +50,46 @@ def safe_line(text: str) -> str:
     return printable(text.strip())
 
 
-def aligned(rows: Iterable[Sequence[str]]) -> Iterator[str]:
-    """Rows as indented lines with aligned columns; rows may be shorter than the longest."""
+def aligned(rows: Iterable[Sequence[str]], most: int = sys.maxsize) -> Iterator[str]:
+    """Rows as indented lines with aligned columns; rows may be shorter than the longest. A terminal wraps the last.
+
+    most: characters from which on a cell does not widen its column.
+    """
     table = [tuple(row) for row in rows]
-    widths: list[int] = []
-    for row in table:
-        widths += [0] * (len(row) - len(widths))
-        widths[: len(row)] = [max(width, len(cell)) for width, cell in zip(widths, row, strict=False)]
-    for row in table:
-        cells = (f"{cell:{width}}" for cell, width in zip(row, widths, strict=False))
-        yield "  " + "  ".join(cells).rstrip()
+    yield from (line.rstrip() for line in wrapped_last(table, columns() if on_terminal() else sys.maxsize, most))
 
 
 def print_table(rows: Iterable[Sequence[str]], headings: Sequence[str]) -> None:
     """Prints rows: as a table on a terminal; otherwise one line each, with tabs between cells and without headings."""
-    if not sys.stdout.isatty():
-        for row in rows:
-            print("\t".join(map(safe_line, row)))
+    table = [tuple(map(safe_line, row)) for row in rows]
+    if not on_terminal():
+        for row in table:
+            print("\t".join(row))
         return
     from rich.console import Console
-    from rich.table import Table
     from rich.text import Text
 
-    table = Table(box=None, pad_edge=False, header_style="bold")
-    for index, heading in enumerate(headings):
-        table.add_column(heading, overflow="fold", no_wrap=index == 0)
-    for row in rows:
-        table.add_row(*(Text(safe_line(cell)) for cell in row))
-    Console().print(table)
+    console = Console()
+    head, body = table_lines(table, headings, console.width)
+    for line, style in (*((line, "bold") for line in head), *((line, "") for line in body)):
+        console.print(Text(line, style), soft_wrap=True)
+
+
+def say_hanging(text: str) -> None:
+    """Prints one line on stdout as `say` does; a terminal wraps it at spaces, what follows is indented."""
+    text = printable(text.rstrip())
+    for line in hanging(text, columns()) if on_terminal() else [text]:
+        print(line)
+
+
+def on_terminal() -> bool:
+    """Whether stdout is a terminal."""
+    return sys.stdout.isatty()
+
+
+def columns() -> int:
+    """Characters of a line on the terminal."""
+    return shutil.get_terminal_size().columns
 
 
 def counted(number: int, plural: str) -> str:

@@ -6,13 +6,14 @@ import argparse
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from .printing import aligned, print_table, safe_line, say, say_json
+from .printing import aligned, on_terminal, print_table, safe_line, say, say_json
 
 if TYPE_CHECKING:
     from sensors.configs.catalog import Variant
     from sensors.configs.summary import AnyAsset
 
 CAMERA_AXES = "x right, y up, z back: the camera looks along -z"
+ANGLES = ("azimuth_deg", "elevation_deg")
 HEADINGS = ("NAME", "HZ", "RAYS", "AZIMUTH", "ELEVATION", "RANGE m", "VARIANTS")
 
 
@@ -30,7 +31,7 @@ def run(args: argparse.Namespace) -> int:
         if args.json:
             say_json([described(asset) for asset in all_assets()])
         else:
-            print_table([_row(described(asset)) for asset in all_assets()], HEADINGS)
+            print_table([_row(described(asset), on_terminal()) for asset in all_assets()], HEADINGS)
         return 0
     asset, variant = find_asset(args.name)
     found = described(asset, variant)
@@ -59,14 +60,20 @@ def described(asset: AnyAsset, variant: Variant = None) -> dict[str, Any]:
     }
 
 
-def _row(found: Mapping[str, Any]) -> Sequence[str]:
+def _row(found: Mapping[str, Any], short: bool) -> Sequence[str]:
+    """The cells of a line; short: angles from 10 degrees on as whole ones, so that 80 columns hold them."""
     return (
         found["name"],
         "-" if found["scan_rate_hz"] is None else f"{found['scan_rate_hz']:g}",
         f"{found['rays_per_scan']:,}",
-        *(_span(found[key], "..") for key in ("azimuth_deg", "elevation_deg", "range_m")),
+        *(_short_span(found[key]) if short else _span(found[key], "..") for key in ANGLES),
+        _span(found["range_m"], "..").replace("e+0", "e"),
         str(len(found["variants"]) or 1),
     )
+
+
+def _short_span(edges: Sequence[float]) -> str:
+    return "..".join(f"{edge:.0f}" if abs(edge) >= 10 else f"{edge:.2g}" for edge in edges)
 
 
 def _span(edges: Sequence[float], to: str) -> str:

@@ -15,7 +15,7 @@ TITLE = "\x1b]0;owned\x07"
 """What sets the title of a terminal's window."""
 
 ALLOWED = {
-    "printing.py": ("print", "Console().print"),
+    "printing.py": ("print", "console.print"),
     "report.py": ("console.print",),
     "trade.py": ("console.print",),
     "completion.py": ("print",),
