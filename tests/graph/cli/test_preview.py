@@ -9,7 +9,7 @@ from PIL import Image
 
 from graph.cli.main import main
 from graph.sim import App
-from sensors.writers.palette import NOTHING
+from sensors.writers.palette import NOTHING, palette
 from sensors.writers.preview import Previews
 from sensors.writers.scale import BAR_HEIGHT, MARK, RING, ring_step
 
@@ -146,3 +146,11 @@ def test_a_cloud_is_drawn_with_rings_and_the_mark_of_the_sensor(tmp_path, file):
     assert {RING, MARK} <= colours
     rows, columns = np.nonzero((picture == MARK).all(axis=2))
     assert np.ptp(columns) > np.ptp(rows)  # it points along +x, to the right
+
+
+def test_the_palette_is_turbo():
+    """It is within 2 % of the table that matplotlib ships."""
+    from matplotlib import colormaps
+
+    away = np.abs(palette()[1:] / 255 - colormaps["turbo"](np.linspace(0, 1, 255))[:, :3]).max(axis=1)
+    assert away.max() < 0.02

@@ -19,9 +19,10 @@ ALLOWED = {
     "report.py": ("console.print",),
     "trade.py": ("console.print",),
     "completion.py": ("print",),
+    "help.py": ("print", "Console().print"),
 }
-"""Who may print: the writer, the tables of a run and of a trade (their cells are made printable), a script without any
-part of a file.
+"""Who may print: the writer, the tables of a run and of a trade (their cells are made printable), a script and pages
+without any part of a file.
 """
 
 
