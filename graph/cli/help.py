@@ -14,7 +14,7 @@ from .printing import print_table, say
 
 LINK = re.compile(r"\[([^\]]+)\]\(([\w-]+)\.md(?:#[\w-]+)?\)")
 """A link to another page of the manual."""
-COMMENT = re.compile(r"^<!--.*?-->\n+", re.MULTILINE | re.DOTALL)
+COMMENT = re.compile(r"^<!--.*-->\n", re.MULTILINE)
 MOST_PAGES = 4
 """Pages that an error message names for an unknown topic."""
 

@@ -25,10 +25,11 @@ def rendered(text: str) -> Markdown:
         def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
             head = [cell.content.copy() for cell in self.header.row.cells] if self.header and self.header.row else []
             rows = [[cell.content for cell in row.cells] for row in (self.body.rows if self.body else ())]
-            table = Table(box=None, pad_edge=False, padding=(0, GAP, 1 if _long(rows) else 0, 0), header_style="bold")
             widths = column_widths(
                 [[text.plain for text in column] for column in zip(head, *rows, strict=True)], options.max_width
             )
+            tall = any(len(text.plain) > 2 * width for row in rows for text, width in zip(row, widths, strict=True))
+            table = Table(box=None, pad_edge=False, padding=(0, GAP, int(tall), 0), header_style="bold")
             for text, width in zip(head, widths, strict=True):
                 table.add_column(text, width=width, overflow="fold")
             for row in rows:
@@ -56,8 +57,3 @@ def column_widths(columns: Sequence[Sequence[str]], width: int) -> list[int]:
     # What is left is shared in proportion to the text that still does not fit.
     spare, lacks = room - sum(words), [want - word for want, word in zip(wanted, words, strict=True)]
     return [word + spare * lack // sum(lacks) for word, lack in zip(words, lacks, strict=True)]
-
-
-def _long(rows: Sequence[Sequence[object]]) -> bool:
-    """Whether rows take several lines, so that they need space between them."""
-    return any(sum(len(str(cell)) for cell in row) > 72 for row in rows)

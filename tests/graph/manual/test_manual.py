@@ -79,6 +79,15 @@ def test_pages_begin_with_something_to_type():
     assert [topic for topic, top in lines.items() if not any(line.startswith(("    ", "```")) for line in top)] == []
 
 
+def test_commands_fit_a_terminal_of_80_columns():
+    """With the margins of a page; the value of an environment variable cannot be broken."""
+    lines = [(topic, line[4:]) for topic in ORDER for line in page(topic).text.splitlines() if line.startswith("    ")]
+    fenced = [line for topic in ORDER for block in FENCED.findall(page(topic).text) for line in block.splitlines()]
+    long = [pair for pair in lines if len(pair[1]) > 78 and f"    {pair[1]}" not in fenced]
+    assert [pair for pair in long if not pair[1].startswith("export ")] == []
+
+
+FENCED = re.compile(r"^```\w*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 LONGEST_CELL = 25
 GENERATED = re.compile(r"<!-- ([\w ]+) -->\n.*?<!-- end \1 -->\n", re.DOTALL)
 
