@@ -48,7 +48,10 @@ def wiring_traps(session: Session) -> Iterator[Trap]:
     """Missing inputs of a session's nodes, and conflicts on their topics."""
     for graph in session.runner.graphs.values():
         yield from idle_nodes(graph)
-    yield from _unset_inputs(node for graph in session.runner.graphs.values() for node in graph.nodes.values())
+        yield from graph.notes
+    nodes = [node for graph in session.runner.graphs.values() for node in graph.nodes.values()]
+    yield from _unset_inputs(nodes)
+    yield from _value_notes(nodes)
     yield from _unfed_inputs(session.runner.graphs.values())
     yield from _mixed_topics(session)
 
@@ -90,6 +93,15 @@ def _unset_inputs(nodes: Iterable[Node]) -> Iterator[Trap]:
                     f"{node.path}.inputs:{group[0]}",
                     f"{node.type.short_name} cannot work {lacking}{others}; give it a value or connect it",
                 )
+
+
+def _value_notes(nodes: Iterable[Node]) -> Iterator[Trap]:
+    """What nodes warn of when they compute, as far as the file gives the values (`NodeType.notes`)."""
+    for node in nodes:
+        if node.type.notes is not None and ("enabled" not in node.type.inputs or node.get("enabled")):
+            for name, code, message in node.type.notes(node.db):
+                if not node.connected(name):
+                    yield code, node.path, message
 
 
 def _mixed_topics(session: Session) -> Iterator[Trap]:

@@ -51,6 +51,7 @@ Specialize = Callable[["Database"], "Compute | None"]
 Hook = Callable[["Database"], None]
 Check = Callable[["NodeAtLoad"], Iterable[tuple[str, str]]]
 MessageType = Callable[["Database"], str]
+Notes = Callable[["Database"], Iterable[tuple[str, str, str]]]
 
 
 @dataclass(frozen=True)
@@ -131,7 +132,8 @@ class NodeType:
     inputs (time, the world, variables), so a dirty_push graph always computes it. needs: groups of inputs; of each
     group, at least one must be connected or have a value that is neither zero nor empty. message_type: called with db:
     the type of the messages on its topics with the present inputs, "" if they name none; without it, the `type_name`
-    of its memory counts.
+    of its memory counts. notes: called with db: (input, code, message) for values that the node warns of when it
+    computes; `graph check` calls it before the run.
 
     phase: an event that comes with a phase of the App: on-demand graphs that contain it are evaluated in that phase; an
     event of the phase `CLOSING` computes only then, in graphs of every stage. dynamic_inputs, dynamic_outputs:
@@ -163,6 +165,7 @@ class NodeType:
     latent: bool = False
     needs: tuple[tuple[str, ...], ...] = ()
     message_type: MessageType | None = None
+    notes: Notes | None = None
 
     def __post_init__(self) -> None:
         for kind in ("inputs", "outputs", "state", "dynamic_inputs", "dynamic_outputs"):

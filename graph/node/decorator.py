@@ -22,7 +22,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
-from .declaration import Attribute, Check, Compute, Hook, MessageType, NodeType, Resolve, Specialize
+from .declaration import Attribute, Check, Compute, Hook, MessageType, NodeType, Notes, Resolve, Specialize
 from .registry import DEFAULT, Registry
 
 ComputeFunction = TypeVar("ComputeFunction", bound=Compute)
@@ -47,6 +47,7 @@ def node_type(
     latent: bool = False,
     needs: Sequence[Sequence[str]] = (),
     message_type: MessageType | None = None,
+    notes: Notes | None = None,
     volatile: bool = False,
     dynamic_inputs: Mapping[str, Attribute] | None = None,
     dynamic_outputs: Mapping[str, Attribute] | None = None,
@@ -85,6 +86,7 @@ def node_type(
                 latent,
                 tuple(map(tuple, needs)),
                 message_type,
+                notes,
             )
         )
         return compute

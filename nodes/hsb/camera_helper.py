@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.node import Attribute, Database, node_type
 from nodes.ros2.camera_helper import HELPER_INPUTS, check_camera, send_pictures
-from nodes.ros2.frame_publisher import CameraPublisher, detach
+from nodes.ros2.frame_publisher import CameraPublisher, detach, stamp_notes
 
 from .transport import BYTES, SENT, bytes_message, receiver_inputs, topic_of
 from .vb1940 import COE, MODES, frame_bytes
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     "isaacsim.hsb.nodes.HSBCameraHelper",
     version=1,
     check=check_camera,
+    notes=stamp_notes,
     inputs={
         **receiver_inputs(tokens=True),
         "renderProductPath": Attribute("token", "path of the camera's render product", role="product"),

@@ -11,7 +11,15 @@ from graph.sim import settings as keys
 from nodes.fitting_sensors import check_fit
 
 from .camera_messages import MESSAGES, Reading, labels_message
-from .frame_publisher import STAMP_INPUTS, CameraPublisher, detach, product_of, publish_with, warn_about_stamps
+from .frame_publisher import (
+    STAMP_INPUTS,
+    CameraPublisher,
+    detach,
+    product_of,
+    publish_with,
+    stamp_notes,
+    warn_of_inputs,
+)
 from .frame_writers import STRING, FrameWriter, stamps
 from .publishing import check_names, publisher_inputs, topic_name
 from .video import has_encoder, no_encoder
@@ -56,6 +64,7 @@ def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
     "isaacsim.ros2.bridge.ROS2CameraHelper",
     version=3,
     check=_check,
+    notes=stamp_notes,
     inputs={
         "execIn": Attribute("execution", "attaches the publisher to the product; later activations find it attached"),
         "enabled": Attribute("bool", "if not, nothing is published and what was attached is taken off", default=True),
@@ -116,7 +125,7 @@ def send_pictures(db: Database, topic: str, type_name: str, make: Callable[[np.n
     memory, inputs, app = db.memory, db.inputs, db.app
     if product is not memory.product:
         detach(db)
-        warn_about_stamps(db)
+        warn_of_inputs(db, stamp_notes(db))
         memory.product, memory.annotator = (
             product,
             Annotator(find_annotator("rgb"), app=app, owner=db.path, copies=False),
@@ -144,7 +153,7 @@ def _attach(db: Database, product: RenderProduct) -> None:
         db.fail(f"input type is {inputs.type!r}; it must be one of {', '.join(MESSAGES)}")
     if inputs.type == COMPRESSED:
         _check_video(db, product)
-    warn_about_stamps(db)
+    warn_of_inputs(db, stamp_notes(db))
     annotator = Annotator(find_annotator(kind.annotator), app=app, owner=db.path, copies=False)
     memory.product, memory.annotator = product, annotator
     stamp = stamps(app, system_time=inputs.useSystemTime, reset_on_stop=inputs.resetSimulationTimeOnStop)

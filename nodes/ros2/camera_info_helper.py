@@ -13,7 +13,7 @@ from graph.sim.settings import INFO_SQUARE_PIXELS
 
 from .camera_helper import HELPER_INPUTS, camera_product, check_camera
 from .camera_messages import PINHOLE, distortion_of, matrix_of
-from .frame_publisher import CameraPublisher, detach, publish_with, warn_about_stamps
+from .frame_publisher import CameraPublisher, detach, publish_with, stamp_notes, warn_of_inputs
 from .frame_writers import FrameWriter, stamps
 from .image_messages import CAMERA_INFO, camera_info
 from .publishing import publisher_inputs, topic_name
@@ -42,6 +42,7 @@ class _PairPublisher(CameraPublisher):
     "isaacsim.ros2.bridge.ROS2CameraInfoHelper",
     version=1,
     check=check_camera,
+    notes=stamp_notes,
     inputs={
         "execIn": Attribute("execution", "attaches the publisher to the product; later activations find it attached"),
         "enabled": Attribute("bool", "if not, nothing is published and what was attached is taken off", default=True),
@@ -83,7 +84,7 @@ def camera_info_helper(db: Database) -> bool:
 
 def _attach(db: Database, product: RenderProduct, right: RenderProduct | None) -> bool:
     inputs, memory = db.inputs, db.memory
-    warn_about_stamps(db)
+    warn_of_inputs(db, stamp_notes(db))
     topic, k = topic_name(db, product.camera_path), _matrix(db, product)
     if right is None:
         memory.product, memory.right = product, None

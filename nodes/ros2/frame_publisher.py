@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -125,13 +126,18 @@ def product_of(db: Database, prim_type: str, code: str, path_input: str = "rende
     return product
 
 
-def warn_about_stamps(db: Database) -> None:
-    """Warns of inputs that are deprecated or contradict each other."""
+def stamp_notes(db: Database) -> Iterator[tuple[str, str, str]]:
+    """Input, code and message of inputs that are deprecated or contradict each other."""
     inputs = db.inputs
     if getattr(inputs, "frameSkipCount", 0):
-        db.warn("frame-skip-deprecated", "frameSkipCount is deprecated; lower the sensor's tickRate instead")
+        message = "frameSkipCount is deprecated; lower the sensor's tickRate instead"
+        yield "frameSkipCount", "frame-skip-deprecated", message
     if inputs.useSystemTime and inputs.resetSimulationTimeOnStop:
-        db.warn(
-            "system-time-never-resets",
-            "useSystemTime stamps with wall time, which resetSimulationTimeOnStop cannot reset",
-        )
+        message = "useSystemTime stamps with wall time, which resetSimulationTimeOnStop cannot reset"
+        yield "useSystemTime", "system-time-never-resets", message
+
+
+def warn_of_inputs(db: Database, notes: Iterable[tuple[str, str, str]]) -> None:
+    """Warns as the notes of a node say."""
+    for _, code, message in notes:
+        db.warn(code, message)

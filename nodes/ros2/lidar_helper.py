@@ -13,7 +13,7 @@ from nodes.fitting_sensors import check_fit
 from .debug_view import debug_view
 from .driver_clouds import DRIVER_CLOUDS, METADATA, driver_cloud
 from .frame_ids import frame_ids
-from .frame_publisher import STAMP_INPUTS, PointPublisher, detach, product_of, publish_with, warn_about_stamps
+from .frame_publisher import STAMP_INPUTS, PointPublisher, detach, product_of, publish_with, stamp_notes, warn_of_inputs
 from .frame_writers import STRING, FrameWriter, class_labels, object_id_map, stamps
 from .laser_scans import LASER_SCAN, scan_style
 from .lidar_frames import GRID_CHANNELS, FrameScan, Grids, cloud_channels, frame_cloud, grid_shape
@@ -71,11 +71,19 @@ def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
         yield from (("", problem) for problem in problems)
 
 
+def _notes(db: Database) -> Iterator[tuple[str, str, str]]:
+    if db.inputs.fullScan == db.app.settings.get(keys.FULL_SCAN_WARNS):  # reported only if its value has an effect
+        message = "fullScan has no effect; partial scans come from tickRate or accumulateOutputs"
+        yield "fullScan", "full-scan-deprecated", message
+    yield from stamp_notes(db)
+
+
 @node_type(
     "isaacsim.ros2.bridge.ROS2RtxLidarHelper",
     version=3,
     needs=(("renderProductPath",),),
     check=_check,
+    notes=_notes,
     inputs={
         "execIn": Attribute("execution", "attaches the publisher to the product; later activations find it attached"),
         "enabled": Attribute("bool", "if not, nothing is published and what was attached is taken off", default=True),
@@ -163,9 +171,7 @@ def _attach(db: Database, product: RenderProduct) -> bool:
     if kind == "laser_scan" and not app.settings.get(keys.SCAN_BINS):
         for problem in _tilted(app.stage.GetPrimAtPath(product.camera_path)):
             db.fail(problem)
-    if inputs.fullScan == app.settings.get(keys.FULL_SCAN_WARNS):  # reported only if its value has an effect
-        db.warn("full-scan-deprecated", "fullScan has no effect; partial scans come from tickRate or accumulateOutputs")
-    warn_about_stamps(db)
+    warn_of_inputs(db, _notes(db))
     for problem in _contradictory_fields(inputs):
         db.fail(problem)
     metadata: tuple[str, ...] = ()

@@ -10,7 +10,7 @@ from nodes.fitting_sensors import check_fit
 
 from .debug_view import debug_view
 from .frame_ids import frame_ids
-from .frame_publisher import STAMP_INPUTS, PointPublisher, detach, product_of, publish_with, warn_about_stamps
+from .frame_publisher import STAMP_INPUTS, PointPublisher, detach, product_of, publish_with, stamp_notes, warn_of_inputs
 from .frame_writers import FrameWriter, stamps
 from .lidar_frames import cloud_channels, frame_cloud
 from .point_clouds import POINT_CLOUD
@@ -37,6 +37,7 @@ def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
 @node_type(
     "isaacsim.ros2.bridge.ROS2RtxRadarHelper",
     check=_check,
+    notes=stamp_notes,
     inputs={
         "execIn": Attribute("execution", "attaches the publisher to the product; later activations find it attached"),
         "enabled": Attribute("bool", "if not, nothing is attached; what is attached goes on", default=True),
@@ -80,7 +81,7 @@ def rtx_radar_helper(db: Database) -> bool:
 
 def _attach(db: Database, product: RenderProduct) -> None:
     app, inputs, memory = db.app, db.inputs, db.memory
-    warn_about_stamps(db)
+    warn_of_inputs(db, stamp_notes(db))
     fields = tuple(name for option, name in _FIELDS.items() if getattr(inputs, option))
     stamp = stamps(app, system_time=inputs.useSystemTime, reset_on_stop=inputs.resetSimulationTimeOnStop)
     ids = frame_ids(db, product, "sim_radar")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.node import Attribute, Database, node_type
 from nodes.ros2.camera_helper import HELPER_INPUTS, check_camera, send_pictures
-from nodes.ros2.frame_publisher import CameraPublisher, detach
+from nodes.ros2.frame_publisher import CameraPublisher, detach, stamp_notes
 from nodes.ros2.image_messages import IMAGE, image
 
 from .transport import SENT, endpoint_inputs, topic_of
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     "isaacsim.ucx.nodes.UCXCameraHelper",
     version=1,
     check=check_camera,
+    notes=stamp_notes,
     inputs={
         **endpoint_inputs(13337, 270059627, wide_port=True, timeout=False),
         "renderProductPath": Attribute("token", "path of the camera's render product", role="product"),

@@ -38,11 +38,15 @@ class SimulationEvent(StrEnum):
 
 
 class IsaacEvents(StrEnum):
-    """Older names: of the end of the warm-up, in their order right after SIMULATION_SETUP, and of present events."""
+    """Older names: of the end of the warm-up, in their order right after SIMULATION_SETUP, and of present events.
+
+    Nothing raises POST_RESET: it belongs to resets of the former core API.
+    """
 
     PHYSICS_WARMUP = "isaac.physics_warmup"
     SIMULATION_VIEW_CREATED = "isaac.simulation_view_created"
     PHYSICS_READY = "isaac.physics_ready"
+    POST_RESET = "isaac.post_reset"
     PRE_PHYSICS_STEP = "isaac.pre_physics_step"
     POST_PHYSICS_STEP = "isaac.post_physics_step"
     TIMELINE_STOP = "isaac.timeline_stop"
@@ -53,12 +57,13 @@ _INSTEAD = {
     IsaacEvents.PHYSICS_WARMUP: SimulationEvent.SIMULATION_SETUP,
     IsaacEvents.SIMULATION_VIEW_CREATED: SimulationEvent.SIMULATION_SETUP,
     IsaacEvents.PHYSICS_READY: SimulationEvent.SIMULATION_STARTED,
+    IsaacEvents.POST_RESET: SimulationEvent.SIMULATION_STARTED,
     IsaacEvents.PRE_PHYSICS_STEP: SimulationEvent.PHYSICS_PRE_STEP,
     IsaacEvents.POST_PHYSICS_STEP: SimulationEvent.PHYSICS_POST_STEP,
     IsaacEvents.TIMELINE_STOP: SimulationEvent.SIMULATION_STOPPED,
     IsaacEvents.PRIM_DELETION: SimulationEvent.PRIM_DELETED,
 }
-_RENAMED = tuple(_INSTEAD)[3:]
+_RENAMED = tuple(_INSTEAD)[4:]
 """The events that are a present one under another name."""
 _EVENTS: dict[str, SimulationEvent | IsaacEvents] = {each.value: each for each in (*SimulationEvent, *IsaacEvents)}
 _STEPS = {SimulationEvent.PHYSICS_PRE_STEP, SimulationEvent.PHYSICS_POST_STEP}
@@ -103,7 +108,8 @@ class SimulationEvents:
             raise ValueError(f"there is no simulation event {event!r}; there are {events}")
         order = exact.count(order, "order")
         if isinstance(known, IsaacEvents):
-            instead = f"this event is deprecated; use SimulationEvent.{_INSTEAD[known].name}"
+            never = "; nothing raises it here" if known is IsaacEvents.POST_RESET else ""
+            instead = f"this event is deprecated{never}; use SimulationEvent.{_INSTEAD[known].name}"
             self._world.warn("event-deprecated", known.name, instead)
             known = _INSTEAD[known] if known in _RENAMED else known
         uid = next(self._ids)

@@ -16,6 +16,8 @@ Warn = Callable[[str, str, str], None]
 
 
 NEW_STAGE_TIME_CODES = 60.0
+NEW_STAGE_RANGE = (0.0, 100.0)
+"""Start and end time code of a new stage."""
 """timeCodesPerSecond of a stage without a file; also the timeline's default."""
 
 
@@ -47,8 +49,9 @@ def open_stage(
 ) -> Any:
     """A stage (`Usd.Stage`) over the scene at `path`; without a path an empty one in metres, Z up.
 
-    An empty one has 60 time codes per second, as the timeline. A file and everything it composes is checked first (see
-    `graph.sim.scene.layers.check_scene`): only files below `allow_roots` (default: the scene's own folder) are opened.
+    An empty one has time codes from 0 to 100, 60 a second, as a new stage of Isaac Sim; the timeline does not end
+    there. A file and everything it composes is checked first (see `graph.sim.scene.layers.check_scene`): only files
+    below `allow_roots` (default: the scene's own folder) are opened.
     Raises UserError for what must not or cannot be opened;
     a missing reference is only a warning `usd-missing-asset`, and with `skip_outside` so is one that leads out of the
     folders (`usd-outside-skipped`).
@@ -65,6 +68,8 @@ def open_stage(
         UsdGeom.SetStageMetersPerUnit(stage, UsdGeom.LinearUnits.meters)
         UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
         stage.SetTimeCodesPerSecond(NEW_STAGE_TIME_CODES)
+        stage.SetStartTimeCode(NEW_STAGE_RANGE[0])
+        stage.SetEndTimeCode(NEW_STAGE_RANGE[1])
         return stage
     from .diagnostics import quiet
     from .layers import check_scene
@@ -149,12 +154,15 @@ def meters_per_unit(stage: Any) -> float:
 def time_range(stage: Any, warn: Warn = ignore_warning) -> tuple[Fraction, Fraction] | None:
     """Start and end [s] of the stage's time codes; None if it authors none, or an empty range.
 
+    The range that a new stage has counts as not authored: it plays on, as in Isaac Sim's applications.
     A range that ends before it starts, or is not finite, gives a warning (`time-range-ignored`).
     """
     if not stage.HasAuthoredMetadata("endTimeCode"):
         return None
     rate = Fraction(str(stage.GetTimeCodesPerSecond()))
     codes = float(stage.GetStartTimeCode()), float(stage.GetEndTimeCode())
+    if not stage.GetRootLayer().subLayerPaths and stage.GetRootLayer().anonymous and codes == NEW_STAGE_RANGE:
+        return None
     if not all(map(math.isfinite, codes)) or codes[1] < codes[0]:
         message = f"its time codes run from {codes[0]:g} to {codes[1]:g}; it plays as if it named none"
         warn("time-range-ignored", scene_name(stage), message)

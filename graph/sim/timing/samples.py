@@ -22,6 +22,11 @@ class SampleData(NamedTuple):
     monotonic: float
     system: float
 
+    @property
+    def valid(self) -> bool:
+        """Whether it holds times: always True, since a sample is made with its times."""
+        return True
+
 
 class Sample(NamedTuple):
     """The clocks at `key` [s]: simulation and monotonic time, and wall-clock time at that physics step."""
@@ -38,8 +43,8 @@ class Sample(NamedTuple):
 
     @property
     def valid(self) -> bool:
-        """Whether the entry holds times: always True."""
-        return True
+        """Whether it holds times: always True."""
+        return self.data.valid
 
 
 class TimeSamples:

@@ -170,3 +170,24 @@ def test_every_command_runs_with_what_its_line_about_files_outside_says(folder, 
     assert "part.usda" in skipped.err + skipped.out
     words = refused.err.splitlines()[-1].partition("folder: ")[2].partition(";")[0].split()
     assert graph(command, "own/a.usda", *rest, *words).code == 0
+
+
+@pytest.mark.parametrize("parity", ["documented", "isaacsim-6.0.1"])
+def test_deprecated_inputs_are_named_before_the_run_as_the_run_names_them(parity, folder, graph):
+    text = FILE.format(
+        x=0,
+        more="",
+        clock=f"physics_hz: 60, parity: {parity}",
+        inputs=", fullScan: false, frameSkipCount: 1, resetSimulationTimeOnStop: true, useSystemTime: true",
+        nodes="imu: {type: IsaacReadIMU, inputs: {useLatestData: true}}",
+        wires="- tick.tick -> imu.execIn",
+    )
+    (folder / "a.yaml").write_text(text)
+    checked, ran = graph("check", "a.yaml").err, graph("run", "a.yaml", "--updates", "3", "--on-error", "continue").err
+    told = [
+        {line for line in err.splitlines() if "deprecated" in line or "never-resets" in line} for err in (checked, ran)
+    ]
+    assert told[0] == told[1]
+    codes = {"deprecated-attribute", "frame-skip-deprecated", "system-time-never-resets"}
+    codes |= {"full-scan-deprecated"} if parity == "documented" else set()
+    assert {line.split(": ")[0].removeprefix("warning ") for line in told[0]} == codes

@@ -821,6 +821,23 @@ def test_older_names_of_present_events_are_those_events():
     assert seen == [("PRE_PHYSICS_STEP", 1 / 60), ("POST_PHYSICS_STEP", 1 / 60), "stopped"]
 
 
+def test_older_events_have_isaac_sim_s_names_and_nothing_raises_that_of_resets():
+    names = "physics_warmup simulation_view_created physics_ready post_reset pre_physics_step post_physics_step"
+    names += " timeline_stop prim_deletion"
+    assert [(each.name, each.value) for each in IsaacEvents] == [
+        (name.upper(), f"isaac.{name}") for name in names.split()
+    ]
+    with App() as app:
+        seen = []
+        app.simulation.register_callback(seen.append, IsaacEvents.POST_RESET)
+        app.play()
+        app.update()
+        app.stop()
+        told = [one.message for one in app.warnings if one.code == "event-deprecated"]
+    message = "this event is deprecated; nothing raises it here; use SimulationEvent.SIMULATION_STARTED"
+    assert (seen, told) == ([], [message])
+
+
 # -- the raw interface ---------------------------------------------------------------------------------------------
 
 

@@ -37,8 +37,9 @@ def test_a_unit_of_nothing_is_refused(tmp_path):
 
 
 def test_the_rate_of_the_physics_scene_is_read_exactly(tmp_path):
-    text = 'def PhysicsScene "S" {\n uint physxScene:timeStepsPerSecond = 240\n}\n'
-    assert physics_scene_rate(open_stage(write(tmp_path / "a.usda", text))) == Fraction(240)
+    for name in ("physxScene", "newton"):
+        text = f'def PhysicsScene "S" {{\n uint {name}:timeStepsPerSecond = 240\n}}\n'
+        assert physics_scene_rate(open_stage(write(tmp_path / f"{name}.usda", text))) == Fraction(240)
     assert physics_scene_rate(open_stage()) is None
 
 

@@ -100,6 +100,16 @@ def test_without_a_rate_of_its_own_a_scene_has_usd_s_24_time_codes_a_second(scen
         assert app.timeline.get_end_time() == 2.0
 
 
+def test_a_new_stage_has_isaac_sim_s_time_codes_and_plays_on():
+    """0 to 100 at 60 a second would end after 1.667 s; nobody asked for that."""
+    with App() as app:
+        stage = app.stage
+        assert (stage.GetStartTimeCode(), stage.GetEndTimeCode(), stage.GetTimeCodesPerSecond()) == (0, 100, 60)
+        app.play()
+        app.update(120)
+        assert (app.timeline.current_time, app.timeline.end_time) == (2, Fraction(1_000_000, 60))
+
+
 def test_a_stage_in_memory_brings_its_time_codes_too():
     from graph.sim import register_schemas
 

@@ -49,6 +49,7 @@ def test_an_entry_has_its_times_as_floats_and_is_valid(product):
     first = product.simulation.get_all_samples()[0]
     assert (first.valid, first.key) == (True, Fraction(16666, 10**6))
     assert first.data == (1 / 60, 1 / 60, 1_700_000_000.0)
+    assert first.data.valid
     assert all(type(each) is float for each in first.data)
 
 
