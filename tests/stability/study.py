@@ -21,10 +21,10 @@ import numpy as np
 
 from graph.base.errors import RunError
 
-from . import contacts, free_bodies, joints
+from . import chains, contacts, free_bodies, joints
 from .case import INTEGRATORS, Case, Knobs
 
-CASES = (*free_bodies.CASES, *joints.CASES, *contacts.CASES)
+CASES = (*free_bodies.CASES, *joints.CASES, *chains.CASES, *contacts.CASES)
 SHOWN = (60, 240, 960)
 """The rates of the table [Hz]."""
 

@@ -62,6 +62,10 @@ class Compiled:
     """Soft parts of a model: by prim, the name in the model and the initial points (n, 3) [m, world]."""
     geom_paths: Mapping[int, str] = field(default_factory=dict)
     """By number, the prims of geoms whose names are not their paths: those of an MJCF model."""
+    own: bool = False
+    """Whether no model of a file is in it."""
+    divides: bool = False
+    """Whether steps are divided where chains or loops need it: nobody chose how it is integrated."""
 
 
 @dataclass(frozen=True)
@@ -162,7 +166,17 @@ def compile_world(
         bodies, joints = tuple(known[name] for name in order if name in known), (*base.joints, *joints)
     kinematic = tuple(body.path for body in bodies if body.kinematic)
     return Compiled(
-        model, bodies, joints, kinematic, grippers, base.start if base else None, touches, world.softs, plan.restitution
+        model,
+        bodies,
+        joints,
+        kinematic,
+        grippers,
+        base.start if base else None,
+        touches,
+        world.softs,
+        plan.restitution,
+        own=base is None,
+        divides=base is None and options.integrator is None,
     )
 
 

@@ -138,6 +138,7 @@ def _add_loop(spec: Any, joint: Joint, given: Mapping[str, str], warn: Warn) -> 
         relative = joint.frames[0] @ transforms.inverse_rigid(joint.frames[1])
         weld = spec.add_equality(type=mujoco.mjtEq.mjEQ_WELD, objtype=mujoco.mjtObj.mjOBJ_BODY)
         weld.name, weld.name1, weld.name2 = joint.path, *names
+        weld.solref, weld.solimp = HARDEST, STOP
         weld.data[:11] = [0, 0, 0, *relative[:3, 3], *transforms.quaternion(relative[:3, :3]), 1.0]
         return
     hinge = joint.singles[0] if len(joint.singles) == 1 and joint.kind != "spherical" else None
@@ -146,6 +147,7 @@ def _add_loop(spec: Any, joint: Joint, given: Mapping[str, str], warn: Warn) -> 
         anchor = frame[:3, 3] + (0.0 if hinge is None else end * frame[:3, hinge.axis])
         tie = spec.add_equality(type=mujoco.mjtEq.mjEQ_CONNECT, objtype=mujoco.mjtObj.mjOBJ_BODY)
         tie.name, tie.name1, tie.name2 = f"{joint.path}#{number}", *names
+        tie.solref, tie.solimp = HARDEST, STOP
         tie.data[:3] = anchor
 
 

@@ -70,6 +70,12 @@ class Drives:
         self._set_gains(self.stiffness, self.damping)
 
     @property
+    def driven(self) -> list[int]:
+        """The numbers in the model of the joints whose drives do something."""
+        works = (self.stiffness > 0) | (self.damping > 0)
+        return [int(joint) for joint in self._model.dof_jntid[self._dof[works]]]
+
+    @property
     def gains_per_inertia(self) -> tuple[list[float], list[float]]:
         """Stiffness [1/s2] and damping [1/s] by the least inertia of each joint."""
         return (self.stiffness / self._inertia).tolist(), (self.damping / self._inertia).tolist()

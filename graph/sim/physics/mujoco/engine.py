@@ -37,6 +37,7 @@ from .restitution import Bounces
 from .snapshot import Motion, MujocoSnapshot
 from .speed_limits import SpeedLimits
 from .step_size import check_drives
+from .substeps import Substeps
 from .surfaces import Surfaces
 from .triggers import triggered
 
@@ -73,7 +74,6 @@ class MujocoEngine(PhysicsEngine):
         self._index = {path: number for number, path in enumerate(self.body_paths)}
         self._counters = memoryview(self.data.warning.number)
         self._warn = warn
-        self._monitor = Monitor(self, warn)
         bodies = slice(1, 1 + len(self.body_paths))
         self._positions: Floats = self.data.xpos[bodies]
         self._quaternions: Floats = self.data.xquat[bodies]
@@ -96,6 +96,9 @@ class MujocoEngine(PhysicsEngine):
         numbers = {path: number + 1 for path, number in self._index.items()}
         self.forces = BodyForces(self.model, self.data, numbers, self.world.forces)
         self._after_step = tuple(self._followers())
+        substeps = Substeps(self, warn) if compiled.divides else None
+        self._substeps = substeps or None
+        self._monitor = Monitor(self, warn)
         self.motors = Motors(self) if self.model.nactuator > len(self.drives.joints) else None
         self.set_dt(self.dt)
 
@@ -145,23 +148,35 @@ class MujocoEngine(PhysicsEngine):
         check_positions, check_velocities = mujoco.mj_checkPos, mujoco.mj_checkVel
         limit, first = self.drives.limit_forces if self.drives.limited else None, self.taken + 1
         iterations, cap = self._monitor.solver_of()
-        for self.taken in range(first, first + steps):
+        if self._surfaces is not None:
+            advance = self._surfaces.step
+
+        def make() -> bool:
+            """A step, or a part of one; returns whether the state is finite."""
             if limit is not None:
                 limit(data)
-            if self._surfaces is None:
-                advance(model, data)
-            else:
-                self._surfaces.step(data)
+            advance(model, data)
             # MuJoCo looks at a state when the next step begins, which may be another update.
             check_positions(model, data)
             check_velocities(model, data)
-            if counters[3] or counters[4] or counters[5]:
-                self.taken -= 1
-                raise RunError(self._monitor.divergence())
+            return not (counters[3] or counters[4] or counters[5])
+
+        def follow() -> None:
+            """What comes after it."""
+            nonlocal iterations, cap
             if max(iterations) >= cap and self._monitor.check_solver():
                 iterations, cap = self._monitor.solver_of()
-            for follow in self._after_step:
-                follow(data)
+            for each in self._after_step:
+                each(data)
+
+        for self.taken in range(first, first + steps):
+            if self._substeps is not None:
+                finite = self._substeps.step(make, follow)
+            elif finite := make():
+                follow()
+            if not finite:
+                self.taken -= 1
+                raise RunError(self._monitor.divergence())
 
     def _followers(self) -> Iterator[Callable[[Any], None]]:
         """The parts that must examine the world after each step."""
@@ -183,6 +198,11 @@ class MujocoEngine(PhysicsEngine):
         self.drives.set_dt(float(dt))
         check_drives(self, self._warn)
         self.friction.set_dt(float(dt))
+
+    @property
+    def chains(self) -> Sequence[int]:
+        """The trees of the model that are stepped as passive chains."""
+        return () if self._substeps is None else [int(tree) for tree in self._substeps.chains]
 
     @property
     def gravity(self) -> Floats:

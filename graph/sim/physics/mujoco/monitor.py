@@ -80,7 +80,7 @@ class Monitor:
         self._told = set[int]()
         self._spinning = ""
         self._deep: Overlap | None = None
-        self._tumbling: Tumbling | None = Tumbling(engine.model, len(engine.body_paths))
+        self._tumbling: Tumbling | None = Tumbling(engine.model, len(engine.body_paths), engine.chains)
         self._watch: BodyWatch | None = None
 
     def until_look(self) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -103,13 +103,14 @@ class Tumbling:
     about the only axis of its inertia that differs keeps all of it.
     """
 
-    def __init__(self, model: Any, bodies: int) -> None:
+    def __init__(self, model: Any, bodies: int, spared: Sequence[int] = ()) -> None:
+        """bodies: how many there are; spared: trees whose steps are divided as they need."""
         kinds = mujoco.mjtJoint
         found: list[tuple[int, bool, int, Floats, Floats]] = []
         for body in range(1, 1 + bodies):
             joint = int(model.body_jntadr[body])
             kind = int(model.jnt_type[joint]) if joint >= 0 and model.body_jntnum[body] == 1 else -1
-            if kind not in (kinds.mjJNT_FREE, kinds.mjJNT_BALL):
+            if kind not in (kinds.mjJNT_FREE, kinds.mjJNT_BALL) or model.body_treeid[body] in spared:
                 continue
             free = kind == kinds.mjJNT_FREE
             arm = np.zeros(3) if free else model.body_ipos[body] - model.jnt_pos[joint]

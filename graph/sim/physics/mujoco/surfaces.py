@@ -129,16 +129,16 @@ class Surfaces:
         frame[:3, :3], frame[:3, 3] = self._physics.rotations[body - 1], self._physics.positions[body - 1]
         return transforms.inverse_rigid(frame) @ pose
 
-    def step(self, data: Any) -> None:
+    def step(self, model: Any, data: Any) -> None:
         """One step of the engine."""
         self.own = np.zeros((0, 6))
         if not self._belts and not self._moves.any():
-            mujoco.mj_step(self._model, data)
+            mujoco.mj_step(model, data)
             return
         previous = mujoco.get_mjcb_control()
         mujoco.set_mjcb_control(self._move)
         try:
-            mujoco.mj_step(self._model, data)
+            mujoco.mj_step(model, data)
         finally:
             mujoco.set_mjcb_control(previous)
 
