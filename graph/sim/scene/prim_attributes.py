@@ -10,6 +10,8 @@ from types import MappingProxyType
 from typing import Any
 
 from graph.base.suggest import closest, did_you_mean
+from graph.sim.physics import unregistered
+from graph.sim.physics.stored_table import QUIET_SCHEMAS
 from graph.sim.usd import Gf, Sdf, Tf, Usd
 
 _INSTANCE = "__INSTANCE_NAME__"
@@ -32,7 +34,7 @@ def set_property(
     """
     if not Sdf.Path.IsValidNamespacedIdentifier(name):
         raise ValueError("this cannot be the name of an attribute")
-    found = _property(prim, name, declared, keys)
+    found = _property(prim, name, value, declared, keys)
     if isinstance(found, Usd.Relationship):
         found.SetTargets([_path(path) for path in ([value] if isinstance(value, str) else list(value))])
         return
@@ -50,10 +52,14 @@ def apply_schema(prim: Any, name: str) -> None:
     """Applies an API schema, `Name` or `Name:instance`. Raises ValueError for an unknown schema."""
     schema, _, instance = name.partition(":")
     known = _api_schemas()
+    instanced = known.get(schema, unregistered.takes_instance(schema))
+    if instanced is None:
+        raise ValueError(f"there is no API schema {schema!r}{did_you_mean(schema, [*known, *QUIET_SCHEMAS])}")
+    if instanced != bool(instance):
+        raise ValueError(f"{schema} is applied " + ("with an instance, as Name:instance" if instanced else "once"))
     if schema not in known:
-        raise ValueError(f"there is no API schema {schema!r}{did_you_mean(schema, known)}")
-    if known[schema] != bool(instance):
-        raise ValueError(f"{schema} is applied " + ("with an instance, as Name:instance" if known[schema] else "once"))
+        prim.AddAppliedSchema(name)
+        return
     if not (prim.ApplyAPI(schema, instance) if instance else prim.ApplyAPI(schema)):
         raise ValueError(f"{schema} cannot be applied to {prim.GetTypeName() or 'a prim without type'}")
 
@@ -115,7 +121,7 @@ def _scalar(type_name: Any, value: Any) -> Any:
     raise ValueError(f"attributes of type {name} cannot be set here")
 
 
-def _property(prim: Any, name: str, declared: Mapping[str, str], keys: Collection[str]) -> Any:
+def _property(prim: Any, name: str, value: Any, declared: Mapping[str, str], keys: Collection[str]) -> Any:
     existing = _defined(prim, name)
     if existing:
         return existing
@@ -136,13 +142,32 @@ def _property(prim: Any, name: str, declared: Mapping[str, str], keys: Collectio
         if match:
             apply_schema(prim, f"{schema}:{match.group(1)}")
             return _defined(prim, name)
+    if found := _unregistered(prim, name, value):
+        return found
     own = sorted({*prim.GetPropertyNames(), *declared})
     ends = {one.rpartition(":")[2]: one for one in own}
-    near = ending_alike(own, name) or closest(name, [*keys, *own, *schemas]) or ends.get(closest(name, ends) or "")
+    known = [*keys, *own, *schemas, *unregistered.names()]
+    near = ending_alike(own, name) or closest(name, known) or ends.get(closest(name, ends) or "")
     more = f" and {len(own) - LISTED} more" if len(own) > LISTED else ""
     meant = f'the prim\'s own key "{near}"' if near in keys else f'"{near}"'
     hint = f"did you mean {meant}?" if near else f"its own are {', '.join(own[:LISTED])}{more}"
     raise ValueError(f"{prim.GetTypeName() or 'a prim without type'} has no attribute {name!r}; {hint}")
+
+
+def _unregistered(prim: Any, name: str, value: Any) -> Any:
+    """Creates an attribute or relationship that physics knows although no schema here defines it; None if it does not.
+
+    The API schema of PhysX that has it is applied too.
+    """
+    kind = unregistered.value_type(name, value)
+    if not kind:
+        return None
+    schema = unregistered.schema_of(name)
+    if schema and schema not in prim.GetPrimTypeInfo().GetAppliedAPISchemas():
+        prim.AddAppliedSchema(schema)
+    if kind == "rel":
+        return prim.CreateRelationship(name, custom=False)
+    return prim.CreateAttribute(name, Sdf.ValueTypeNames.Find(kind), custom=False)
 
 
 LISTED = 12
