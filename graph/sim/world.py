@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -55,6 +55,8 @@ class World:
         self.warn = warn
         self.steps_per_second = Fraction(60)
         """The rate with which physics is built [Hz]; see `set_rate`."""
+        self.take_rate: Callable[[], None] = _nothing
+        """Takes a rate that was authored on the active physics scene since it was last called."""
         self.physics: PhysicsEngine | None = None
         """The physics engine; None while stopped or when nothing is dynamic."""
         self.built = False
@@ -187,6 +189,10 @@ class World:
         from .state.stage_transforms import StageTransforms
 
         return (Fabric if self.fidelity.fabric else StageTransforms)(self.stage, self.warn)
+
+
+def _nothing() -> None:
+    """There is no clock yet."""
 
 
 def open_world(

@@ -1,4 +1,6 @@
-"""Physics attributes that take effect while playing: targets of drives, velocities of free bodies, forces, belts."""
+"""Physics attributes that take effect while playing: targets of drives, velocities of free bodies, forces, belts, the
+gravity and the rate of the physics scene.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +10,7 @@ import numpy as np
 
 from graph.base.errors import RunError
 from graph.sim import transforms
+from graph.sim.scene.scene_attributes import RATE_ATTRIBUTES, scene_prims
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 
@@ -16,11 +19,15 @@ if TYPE_CHECKING:
     from graph.sim.state.tensors import Tensors
 
 _TARGETS = {"physics:targetPosition": "positions", "physics:targetVelocity": "velocities"}
+_GRAVITY = ("physics:gravityDirection", "physics:gravityMagnitude", "newton:gravityEnabled")
 _VELOCITIES = ("physics:velocity", "physics:angularVelocity")
 
 
 def apply_live(world: PlayingWorld, tensors: Tensors, path: str, name: str) -> bool:
     """Applies a new value of a prim's attribute to the running physics; False if that is not possible."""
+    prim = world.stage.GetPrimAtPath(path)
+    if prim and prim.IsA(UsdPhysics.Scene):
+        return _scene(world, prim, name)
     try:
         if name in _VELOCITIES:
             return _velocity(world, path)
@@ -32,6 +39,20 @@ def apply_live(world: PlayingWorld, tensors: Tensors, path: str, name: str) -> b
     except RunError:  # no such joint, or a body that is held
         return False
     return False
+
+
+def _scene(world: PlayingWorld, scene: Any, name: str) -> bool:
+    """The gravity and the rate of the active scene; of another one nothing counts, now or later."""
+    from graph.sim.physics.read_world import gravity_of
+    from graph.sim.physics.settings_table import SIMULATED
+
+    if name not in SIMULATED or next(scene_prims(world.stage), None) != scene:
+        return True
+    if name in _GRAVITY and world.physics is not None:
+        world.physics.set_gravity(gravity_of(scene, world.meters_per_unit, world.warn))
+    elif name in RATE_ATTRIBUTES:
+        world.take_rate()
+    return name in _GRAVITY or name in RATE_ATTRIBUTES
 
 
 def _target(world: PlayingWorld, tensors: Tensors, path: str, axis: str, what: str, name: str) -> bool:

@@ -145,8 +145,7 @@ class StageWatch:
         elif name.startswith(LOOKS) or self._is_material(path):
             self.looks = True
         elif name.startswith(("physics:", "physx", "drive:", "limit:", "mjc:", "newton:")):
-            owner = self.stage.GetPrimAtPath(prim)
-            if prim in self.roles.roles and owner and owner.GetTypeName() != "PhysicsScene":
+            if prim in self.roles.roles and self.stage.GetPrimAtPath(prim):
                 self.physics[path.pathString] = None
         elif not self.stage.GetRelationshipAtPath(path):
             self.others.add(prim)

@@ -52,6 +52,8 @@ class SimulationSetup:
     @property
     def steps_per_second(self) -> Fraction:
         """The rate of the next step [Hz]."""
+        if not self.built:
+            self._world.take_rate()  # play would
         return self._simulation.steps_per_second
 
     def warn(self, code: str, where: str, message: str) -> None:

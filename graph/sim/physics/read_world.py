@@ -132,25 +132,34 @@ def read_gravity(scan: Scan, warn: Warn = ignore_warning) -> Floats:
     A negative magnitude and a direction of length 0 mean "not set" in UsdPhysics; other values that are not finite give
     a warning (`bad-gravity`).
     """
-    down: Floats = -np.eye(3)["XYZ".index(up_axis(scan.stage))]
     if not scan.scenes:
-        return EARTH_GRAVITY * down
-    scene = UsdPhysics.Scene(scan.scenes[0])
-    if value_of(scan.scenes[0], "newton:gravityEnabled") is False:
+        return EARTH_GRAVITY * _down(scan.stage)
+    return gravity_of(scan.scenes[0], scan.meters_per_unit, warn)
+
+
+def _down(stage: Any) -> Floats:
+    out: Floats = -np.eye(3)["XYZ".index(up_axis(stage))]
+    return out
+
+
+def gravity_of(prim: Any, meters: float, warn: Warn = ignore_warning) -> Floats:
+    """(3,) m/s2 of a physics scene, as `read_gravity`; meters: in a stage unit."""
+    scene, down = UsdPhysics.Scene(prim), _down(prim.GetStage())
+    if value_of(prim, "newton:gravityEnabled") is False:
         return np.zeros(3)
     direction = np.array(scene.GetGravityDirectionAttr().Get(EARLIEST), dtype=np.float64)
     magnitude = float(scene.GetGravityMagnitudeAttr().Get(EARLIEST))
     length = float(np.linalg.norm(direction))
-    path = str(scan.scenes[0].GetPath())
+    path = str(prim.GetPath())
     if not math.isfinite(length):
-        text = f"physics:gravityDirection is not finite; gravity is down the {up_axis(scan.stage)} axis"
+        text = f"physics:gravityDirection is not finite; gravity is down the {up_axis(prim.GetStage())} axis"
         warn("bad-gravity", f"{path}.physics:gravityDirection", text)
     if math.isnan(magnitude) or magnitude == math.inf:
         text = f"physics:gravityMagnitude is {magnitude:g}, not finite; it is {EARTH_GRAVITY} m/s2"
         warn("bad-gravity", f"{path}.physics:gravityMagnitude", text)
     if not math.isfinite(length) or length == 0:
         direction, length = down, 1.0
-    strength = magnitude * scan.meters_per_unit if 0 <= magnitude < math.inf else EARTH_GRAVITY
+    strength = magnitude * meters if 0 <= magnitude < math.inf else EARTH_GRAVITY
     return direction / length * strength
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
@@ -40,6 +41,7 @@ class PlayingWorld(Protocol):
     physics: PhysicsEngine | None
     built: bool
     steps_per_second: Fraction
+    take_rate: Callable[[], None]
 
     @property
     def meters_per_unit(self) -> float:

@@ -144,7 +144,8 @@ class Bounces:
 
     def _row(self, data: Any, index: int) -> Floats:
         """(nv,) derivative of a contact's normal speed with respect to the velocities."""
-        return self._rows(data, index)[0]
+        out: Floats = self._rows(data, index)[0]
+        return out
 
     def _rows(self, data: Any, index: int) -> Floats:
         """(3, nv) the same along the normal and two tangents, at what was each surface's own point when they met."""
