@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from .case import GROUND, G, material, world
+from .case import G, material, world
 from .chains import energy
 
 RADIUS, DROP = 0.1, 0.5
@@ -101,8 +101,3 @@ def test_two_balls_that_meet_aslant_exchange_equal_impulses():
     assert motion[0, 5] == pytest.approx(motion[1, 5], rel=0.02)  # both turn the same way
     assert abs(motion[0, 5]) > 0.5
     assert energy(physics) < 2.5
-
-
-def test_ground_without_restitution_is_left_to_the_engine():
-    physics = world({**GROUND, "/Ball": {"type": "Sphere", "radius": RADIUS, "rigid_body": True}}, 60, {})
-    assert physics._bounces is None

@@ -254,7 +254,7 @@ class Chains:
 
 
 def _wheels(model: Any) -> NDArray[np.bool_]:
-    """Hinges whose turning changes no inertia: each has a single body, and that is symmetric about the axis."""
+    """Hinges that turn a single body which is symmetric about their axis: no inertia changes."""
     out = np.zeros(model.njnt, dtype=np.bool_)
     for joint in np.flatnonzero(model.jnt_type == int(_KINDS.mjJNT_HINGE)).tolist():
         body = int(model.jnt_bodyid[joint])

@@ -200,6 +200,11 @@ class MujocoEngine(PhysicsEngine):
         self.friction.set_dt(float(dt))
 
     @property
+    def divides(self) -> bool:
+        """Whether its steps are divided where chains or loops need it."""
+        return self._substeps is not None
+
+    @property
     def chains(self) -> Sequence[int]:
         """The trees of the model that are stepped as passive chains."""
         return () if self._substeps is None else [int(tree) for tree in self._substeps.chains]
