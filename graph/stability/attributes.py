@@ -19,8 +19,7 @@ from graph.files import loads
 from graph.session.open import open_session, option_problems
 from graph.sim import App
 from graph.sim.fidelity import KNOBS, Fidelity
-from graph.sim.physics.d6_joints import AXES
-from graph.sim.physics.settings_table import ARRAYS, INSTANCES, RELATIONSHIPS, SIMULATED, TOKENS, VECTORS
+from graph.sim.scene.physics_settings import ARRAYS, AXES, INSTANCES, RELATIONSHIPS, SIMULATED, TOKENS, VECTORS
 from graph.sim.usd import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 from sensors.lidar.config import EMITTER_FLOATS, EmitterState, LidarConfig
 from sensors.lidar.prim import write_config

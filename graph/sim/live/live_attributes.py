@@ -44,7 +44,7 @@ def apply_live(world: PlayingWorld, tensors: Tensors, path: str, name: str) -> b
 def _scene(world: PlayingWorld, scene: Any, name: str) -> bool:
     """The gravity and the rate of the active scene; of another one nothing counts, now or later."""
     from graph.sim.physics.read_world import gravity_of
-    from graph.sim.physics.settings_table import SIMULATED
+    from graph.sim.scene.physics_settings import SIMULATED
 
     if name not in SIMULATED or next(scene_prims(world.stage), None) != scene:
         return True

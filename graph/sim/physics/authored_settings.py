@@ -10,13 +10,7 @@ from typing import Any
 
 from graph.base.errors import Problem, UserError
 from graph.base.suggest import closest
-from graph.sim.scene.scan import SOFT
-from graph.sim.scene.stage import Warn
-from graph.sim.scene.value_types import fits
-from graph.sim.usd import EARLIEST, Sdf, Tf, Usd, UsdPhysics
-
-from .attributes import applied_schemas
-from .settings_table import (
+from graph.sim.scene.physics_settings import (
     ARRAYS,
     INSTANCES,
     NAMESPACES,
@@ -28,7 +22,13 @@ from .settings_table import (
     VECTORS,
     generic,
 )
-from .stored_table import NEUTRAL, QUIET_SCHEMAS, STORED, UNKNOWN, Stored, stored_as
+from graph.sim.scene.scan import SOFT
+from graph.sim.scene.stage import Warn
+from graph.sim.scene.stored_settings import NEUTRAL, QUIET_SCHEMAS, STORED, UNKNOWN, Stored, stored_as
+from graph.sim.scene.value_types import fits
+from graph.sim.usd import EARLIEST, Sdf, Tf, Usd, UsdPhysics
+
+from .attributes import applied_schemas
 
 CODE = "physics-setting-stored"
 

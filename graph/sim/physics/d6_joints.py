@@ -15,13 +15,11 @@ from typing import Any
 import numpy as np
 
 from graph.sim import transforms
+from graph.sim.scene.physics_settings import AXES
 from graph.sim.scene.scan import Scan
 from graph.sim.transforms import Floats
 
 from .model import FREE, Drive, Joint
-
-AXES = ("transX", "transY", "transZ", "rotX", "rotY", "rotZ")
-"""Names of the axes in UsdPhysics' LimitAPI and DriveAPI."""
 
 ORDER = (0, 1, 2, 5, 4, 3)
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from graph.sim import transforms
+from graph.sim.scene.physics_settings import AXES
 from graph.sim.scene.prim_paths import NAME_OVERRIDE, near_prim
 from graph.sim.scene.scan import JointPrim, Scan
 from graph.sim.scene.stage import Warn
@@ -17,7 +18,7 @@ from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 
 from .attributes import applied_schemas, quaternion_of, value_of
-from .d6_joints import AXES, Axis, single_joints
+from .d6_joints import Axis, single_joints
 from .model import FREE, Joint, JointKind, Mimic
 from .read_drives import drive_of, efforts_of
 

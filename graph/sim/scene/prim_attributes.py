@@ -10,9 +10,10 @@ from types import MappingProxyType
 from typing import Any
 
 from graph.base.suggest import closest, did_you_mean
-from graph.sim.physics import unregistered
-from graph.sim.physics.stored_table import QUIET_SCHEMAS
 from graph.sim.usd import Gf, Sdf, Tf, Usd
+
+from . import unregistered
+from .stored_settings import QUIET_SCHEMAS
 
 _INSTANCE = "__INSTANCE_NAME__"
 _WHOLE = {"int": 2**31, "int64": 2**63}

@@ -7,8 +7,8 @@ from graph.base.errors import UserError
 from graph.cli.main import main
 from graph.sim import App
 from graph.sim.physics.authored_settings import check_settings
-from graph.sim.physics.settings_table import NAMESPACES, SIMULATED
-from graph.sim.physics.stored_table import QUIET_SCHEMAS, STORED, UNKNOWN, stored_as
+from graph.sim.scene.physics_settings import NAMESPACES, SIMULATED
+from graph.sim.scene.stored_settings import QUIET_SCHEMAS, STORED, UNKNOWN, stored_as
 from graph.sim.usd import Tf, Usd, UsdGeom
 from tests.support.physics_worlds import METRES, stage_of
 

@@ -1,6 +1,6 @@
 """Physics settings that are only stored on their prims: their effect elsewhere, and what to do instead.
 
-Names are those of attributes and of schemas, with `*` for any part; simulated ones are in `settings_table`.
+Names are those of attributes and of schemas, with `*` for any part; simulated ones are in `physics_settings`.
 """
 
 from __future__ import annotations

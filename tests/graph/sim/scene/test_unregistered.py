@@ -4,8 +4,8 @@ import pytest
 
 from graph.base.errors import UserError
 from graph.sim import App
-from graph.sim.physics import unregistered
-from graph.sim.physics.settings_table import SIMULATED
+from graph.sim.scene import unregistered
+from graph.sim.scene.physics_settings import SIMULATED
 from graph.sim.scene.prims import author_prims
 from graph.sim.scene.stage import open_stage
 from tests.stability.case import NO_GRAVITY, world

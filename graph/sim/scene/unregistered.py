@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from .settings_table import (
+from .physics_settings import (
     ARRAYS,
     INSTANCED,
     NAMESPACES,
@@ -15,7 +15,7 @@ from .settings_table import (
     VECTORS,
     generic,
 )
-from .stored_table import QUIET_SCHEMAS, STORED, UNKNOWN, stored_as
+from .stored_settings import QUIET_SCHEMAS, STORED, UNKNOWN, stored_as
 
 _APPLIED = ("Scene", "RigidBody", "Collision", "Material", "Joint", "JointAxis", "Limit", "MimicJoint", "Force")
 _APPLIED_WITH = frozenset(f"physx{name}" for name in (*_APPLIED, "SurfaceVelocity", "Articulation"))

@@ -1,4 +1,4 @@
-"""The simulated physics settings, and the prims on which they work; `stored_table` has the others.
+"""The simulated physics settings, and the prims on which they work; `stored_settings` has the others.
 
 A name is that of an attribute or relationship; the instance of a multiple-apply schema is written `*`
 (`drive:*:physics:damping`). Every name in one of `NAMESPACES` that is not `SIMULATED` is only stored on its prim.
@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from .d6_joints import AXES
+AXES = ("transX", "transY", "transZ", "rotX", "rotY", "rotZ")
+"""Names of the axes in UsdPhysics' LimitAPI and DriveAPI."""
 
 NAMESPACES = ("physics:", "physx", "newton:", "mjc:", "omniphysics:", "drive:", "limit:", "state:", "deformablePose:")
 """Prefixes of the names of physics attributes."""
