@@ -134,7 +134,7 @@ class PhysicsKnobs:
             "improvement below which the solver stops",
             cost="larger: fewer iterations, which saves nothing that could be measured up to 1e-4",
             error="rises with it",
-            why="1e-8 by the mean inertia, MuJoCo's own default, times the lightest mass over the heaviest (newton); "
+            why="1e-8 by the mean inertia, MuJoCo's own default, times 100 lightest masses over the heaviest (newton); "
             "a model keeps its own",
             finer="lower",
             read_by=_SOLVER,

@@ -156,7 +156,7 @@ def compile_world(
     give_memory(spec, len(forest.branches))
     model = compiled(spec)
     if base is None and options.tolerance is None and options.solver in (None, "newton"):
-        model.opt.tolerance *= lightest_share(model)
+        model.opt.tolerance *= min(1.0, 100 * lightest_share(model))  # a robot's wheels are right without that
     bodies = tuple(branch.body for branch in forest.branches)
     _damp(model, bodies)
     _say_held(model, bodies, warn)
