@@ -40,7 +40,8 @@ def draw_labels(image: Any, middle: tuple[float, float], pixels: float) -> None:
     inside = {(0, -1): middle[1], (1, 0): image.width - middle[0], (0, 1): image.height - middle[1], (-1, 0): middle[0]}
     way = (0, -1) if inside[0, -1] >= 2 * step * pixels else max(inside, key=lambda one: inside[one])
     for number in range(1, int(inside[way] / pixels / step) + 1):
-        place = tuple(middle[axis] + way[axis] * number * step * pixels for axis in (0, 1))
+        away = number * step * pixels
+        place = middle[0] + way[0] * away, middle[1] + way[1] * away
         pen.text(
             place, f"{number * step:g} m", fill=TEXT, font=font, anchor="mm", stroke_width=2, stroke_fill=(8, 8, 12)
         )
