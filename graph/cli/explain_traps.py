@@ -37,11 +37,21 @@ def find_traps(
         *_sensor_traps(app, sensors, seen),
         *link_notes(links),
         *_latent_traps(seen),
+        *_explained(session),
         *seen.frames.warnings(app.bus),
         *shared_topics(app.bus),
     ]
     found += [(one.code, one.where, one.message) for one in app.warnings]
     return list(dict.fromkeys(found))
+
+
+def _explained(session: Session) -> Iterator[Trap]:
+    """What the memories of nodes that have run tell of themselves, by a method `explained`."""
+    for graph in session.runner.graphs.values():
+        for node in graph.nodes.values():
+            tell = getattr(node.db.memory, "explained", None) if node.type.memory is not None else None
+            if tell is not None:
+                yield from ((code, node.path, message) for code, message in tell(node.db))
 
 
 def wiring_traps(session: Session) -> Iterator[Trap]:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from graph.node import Attribute, Database, node_type
+from graph.node import Attribute, Database, NodeError, node_type
 
 if TYPE_CHECKING:
     import numpy as np
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 
 ONCE = "read at the first compute after play"
 NO_LIMIT = 100000
+NEAR = 0.005
+"""Factors that differ from 1 by less are not told."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +29,8 @@ class Platform:
     max_linear: float = math.inf
     max_angular: float = math.inf
     max_wheel: float = math.inf
+    factors: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    """Speed of the rolling body per wanted speed, along x and y, and round; see `body_factors`."""
 
     def speeds(self, forward: float, sideways: float, turning: float) -> Floats:
         """(n,) wheel speeds [rad/s] for the speeds of the body [m/s, m/s, rad/s].
@@ -78,9 +83,42 @@ def wheel_matrix(radii: Floats, positions: Floats, directions: Floats) -> Floats
     return out
 
 
+def body_factors(
+    wheels: Floats, radii: Floats, positions: Floats, directions: Floats, rolling: Floats
+) -> tuple[float, float, float]:
+    """How much of the wanted speeds along x and y, and round, a body has whose wheels roll without slip.
+
+    A wheel's rollers leave only its drive direction d to the ground: d . (v + w x p) = radius x speed x d . t, with
+    `rolling` t (n, 3), where the wheel rolls. Solved for v and w by least squares; their senses are not told.
+    """
+    import numpy as np
+
+    turning = positions[:, 0] * directions[:, 1] - positions[:, 1] * directions[:, 0]
+    held = np.stack([directions[:, 0], directions[:, 1], turning], axis=1)
+    pushed = (radii * (directions * rolling).sum(axis=1))[:, None] * wheels
+    moved = np.abs(np.diag(np.linalg.pinv(held) @ pushed)).tolist()
+    return moved[0], moved[1], moved[2]
+
+
 @dataclass(slots=True)
 class _Driving:
     platform: Platform | None = None
+
+    def explained(self, db: Database) -> Iterator[tuple[str, str]]:
+        """Code and message for `graph explain`: the speeds that the body has, if they are not the wanted ones."""
+        try:
+            along, across, turn = (self.platform or _read(db)).factors
+        except NodeError:  # the run reports it
+            return
+        linear, angular = abs(db.inputs.linearGain), abs(db.inputs.angularGain)
+        moved = along * linear, across * linear, turn * angular
+        if all(abs(one - 1) < NEAR for one in moved):
+            return
+        message = "with these wheels the body moves at {:.3f} of inputVelocity along x, {:.3f} along y, and turns at "
+        message += "{:.3f} of it (the rule of the original)"
+        if abs(along - across) < NEAR * along and turn:
+            message += f"; linearGain {1 / along:.4g} and angularGain {1 / turn:.4g} make them 1"
+        yield "holonomic-factors", message.format(*moved)
 
 
 @node_type(
@@ -156,8 +194,12 @@ def _read(db: Database) -> Platform:
     vectors = (orientations, inputs.wheelAxis[None], inputs.upAxis[None])
     if not all((np.linalg.norm(each, axis=1) > 0).all() for each in vectors):
         db.fail("wheelOrientations, wheelAxis and upAxis must not be zero")
+    directions = drive_directions(orientations, angles, inputs.wheelAxis, inputs.upAxis)
     try:
-        wheels = wheel_matrix(radii, positions, drive_directions(orientations, angles, inputs.wheelAxis, inputs.upAxis))
+        wheels = wheel_matrix(radii, positions, directions)
     except ValueError as error:
         db.fail(f"{error}; see wheelPositions, wheelOrientations and mecanumAngles")
-    return Platform(wheels, inputs.maxLinearSpeed, inputs.maxAngularSpeed, inputs.maxWheelSpeed)
+    up = inputs.upAxis / np.linalg.norm(inputs.upAxis)
+    rolling = np.cross(drive_directions(orientations, np.zeros(count), inputs.wheelAxis, up), up)
+    factors = body_factors(wheels, radii, positions, directions, rolling)
+    return Platform(wheels, inputs.maxLinearSpeed, inputs.maxAngularSpeed, inputs.maxWheelSpeed, factors)

@@ -85,8 +85,9 @@ def camera_helper(db: Database) -> bool:
     """Publish every frame of a camera's render product, as an image, a cloud, or detections.
 
     Settings are read when the publisher is attached; a new product path attaches it again. depth is in metres along the
-    view axis, infinite without a hit; depth_pcl and boxes in space are in the optical frame (x right, y down, z
-    forward), which is that of the camera in TF.
+    view axis, infinite without a hit. stereo_depth is measured by disparity, with steps and noise, as the attributes
+    omni:rtx:post:depthSensor of the product, or of its camera, say; NaN where nothing is measured. Clouds and boxes in
+    space are in the optical frame (x right, y down, z forward), which is that of the camera in TF.
     """
     product = camera_product(db)
     if product is None:

@@ -84,6 +84,30 @@ def _cloud(reading: Reading) -> Any:
     return point_cloud(points, {}, reading.nanoseconds, reading.frame_id)
 
 
+def _stereo_image(reading: Reading) -> Any:
+    """Depth as a stereo camera measures it; NaN where it measures nothing (REP 118)."""
+    depth = _measured(reading)
+    height, width = depth.shape
+    return image(reading.nanoseconds, reading.frame_id, width, height, "32FC1", depth)
+
+
+def _stereo_cloud(reading: Reading) -> Any:
+    """Every pixel as a point in the optical frame; NaN where nothing is measured."""
+    import numpy as np
+
+    origins, directions = _rays(reading.frame.config.lens)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        points = _measured(reading).reshape(-1, 1) * (directions / directions[:, 2:])
+    points = points if origins is None else points + origins
+    return point_cloud(points, {}, reading.nanoseconds, reading.frame_id)
+
+
+def _measured(reading: Reading) -> NDArray[np.float32]:
+    import numpy as np
+
+    return np.where(reading.found > 0, reading.found, np.float32(np.nan))
+
+
 @lru_cache(maxsize=8)
 def _rays(lens: Lens) -> tuple[NDArray[np.float32] | None, NDArray[np.float32]]:
     """Of all pixels, optical frame: where their rays start [m] (n, 3), None for the origin; unit directions (n, 3)."""
@@ -132,6 +156,8 @@ MESSAGES: Mapping[str, CameraMessage] = {
     "rgb_h264": CameraMessage(COMPRESSED, "rgb", H264),
     "depth": CameraMessage(IMAGE, "distance_to_image_plane", _each(_image("32FC1"))),
     "depth_pcl": CameraMessage(POINT_CLOUD, "distance_to_camera", _each(_cloud)),
+    "stereo_depth": CameraMessage(IMAGE, "depth_sensor_distance", _each(_stereo_image)),
+    "stereo_depth_pcl": CameraMessage(POINT_CLOUD, "depth_sensor_distance", _each(_stereo_cloud)),
     "instance_segmentation": CameraMessage(IMAGE, "instance_segmentation", _each(_image("32SC1")), labelled=True),
     "semantic_segmentation": CameraMessage(IMAGE, "semantic_segmentation", _each(_image("32SC1")), labelled=True),
     "bbox_2d_tight": CameraMessage(DETECTIONS_2D, "bounding_box_2d_tight", _each(_flat_boxes), labelled=True),

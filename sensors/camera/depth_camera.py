@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -11,13 +10,10 @@ from sensors.errors import SensorValueError
 
 from .authoring import RtxCamera
 from .sensor import ANNOTATORS, WIDTHS, CameraSensor
-from .stereo_depth import NAMES, PREFIX, STEREO_ANNOTATORS, STEREO_API, StereoDepth, authored_stereo, read_stereo
+from .stereo_depth import NAMES, PREFIX, STEREO_ANNOTATORS, STEREO_API, StereoDepth, checked, read_stereo
 
 if TYPE_CHECKING:
     from pxr import Usd
-
-ABOVE_ZERO = ("sensor_size_pixel", "focal_length_pixel", "baseline_mm")
-"""Fields of `StereoDepth` that cannot be 0."""
 
 
 class SingleViewDepthCameraSensor(CameraSensor):
@@ -47,12 +43,11 @@ class SingleViewDepthCameraSensor(CameraSensor):
         super().__init__(path, **options)
         with self._editing() as prim:
             prim.ApplyAPI(STEREO_API)
-        self._copy_template()
 
     @property
     def stereo(self) -> StereoDepth:
         """The values in use."""
-        return read_stereo(self._product_prim)
+        return read_stereo(self._app.stage, self.render_product.path, self.render_product.camera_path)
 
     def set_sensor_baseline(self, baseline: float | None) -> None:
         """Sets the distance of the two imagers [mm]."""
@@ -164,37 +159,18 @@ class SingleViewDepthCameraSensor(CameraSensor):
     def _keep(self, name: str, value: float | bool | None) -> None:
         """Writes a setting without effect on the render product."""
         assert value is not None, f"give {name}"
-        number = self._finite(name, value)
+        number = checked(f"{self.path}: {name}", name, value)
         with self._editing() as prim:
             attribute = prim.GetAttribute(PREFIX + name)
             attribute.Set(type(attribute.Get())(number))
         where = f"{self.render_product.path}.{name}"
         self._app.warn("depth-setting-ignored", where, f"{PREFIX}{name} has no effect here")
 
-    def _copy_template(self) -> None:
-        """Takes what a configuration or an asset says of the camera's render product."""
-        from sensors.configs.cameras import template_path
-
-        template = self._app.stage.GetPrimAtPath(template_path(self.authoring_object.prim))
-        said = {} if not template else authored_stereo(template)
-        if said:
-            self._set(**said)
-
     def _set(self, **values: Any) -> None:
         assert any(value is not None for value in values.values()), f"give {' or '.join(values)}"
-        numbers = {name: self._finite(name, value) for name, value in values.items() if value is not None}
-        for name, value in numbers.items():
-            if value < 0 or (name in ABOVE_ZERO and value <= 0):
-                raise SensorValueError(f"{self.path}: {name} {value:g}: give a number above 0")
+        given = {
+            name: checked(f"{self.path}: {name}", name, value) for name, value in values.items() if value is not None
+        }
         with self._editing() as prim:
-            for name, value in numbers.items():
-                prim.GetAttribute(PREFIX + NAMES[name]).Set(bool(value) if name == "enabled" else value)
-
-    def _finite(self, name: str, value: Any) -> float:
-        try:
-            found = float(value)
-        except (TypeError, ValueError):
-            found = math.nan
-        if not math.isfinite(found):
-            raise SensorValueError(f"{self.path}: {name} {value!r}: give a finite number")
-        return found
+            for name, value in given.items():
+                prim.GetAttribute(PREFIX + NAMES[name]).Set(value)

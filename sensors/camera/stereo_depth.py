@@ -6,6 +6,7 @@ d = f b / Z with the focal length f [px] and the baseline b; a step or an error 
 from __future__ import annotations
 
 import hashlib
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -13,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from sensors.annotators.types import AnnotatorType, Reading
+from sensors.errors import SensorValueError
 
 from .channels import RGB
 from .lens import Lens
@@ -21,6 +23,8 @@ from .names import MODALITY
 STEREO_API = "OmniSensorDepthSensorSingleViewAPI"
 PREFIX = "omni:rtx:post:depthSensor:"
 DEPTH = "distance_to_image_plane"
+ABOVE_ZERO = ("sensor_size_pixel", "focal_length_pixel", "baseline_mm")
+"""Fields of `StereoDepth` that cannot be 0."""
 
 
 @dataclass(frozen=True)
@@ -64,20 +68,36 @@ NAMES = {
 """Field -> attribute of the render product, after `PREFIX`."""
 
 
-def read_stereo(prim: Any) -> StereoDepth:
-    """What a render product's prim says; defaults where it says nothing."""
-    return StereoDepth(**authored_stereo(prim))
+def read_stereo(stage: Any, product: str, camera: str) -> StereoDepth:
+    """What the prim of a render product says, else the settings beside its camera, else the camera; else the defaults.
 
+    Raises SensorValueError for a number that is not finite or too small.
+    """
+    from sensors.configs.cameras import template_path
 
-def authored_stereo(prim: Any) -> dict[str, Any]:
-    """Field -> value of what a render product's prim says."""
     found: dict[str, Any] = {}
-    for field, name in NAMES.items():
-        attribute = prim.GetAttribute(PREFIX + name)
-        if attribute and attribute.HasAuthoredValue():
-            value = attribute.Get()
-            found[field] = bool(value) if field == "enabled" else float(value)
-    return found
+    for path in (camera, template_path(camera), product):
+        prim = stage.GetPrimAtPath(path)
+        for field, name in NAMES.items() if prim else ():
+            attribute = prim.GetAttribute(PREFIX + name)
+            if attribute and attribute.HasAuthoredValue():
+                found[field] = checked(f"{path}.{PREFIX}{name}", field, attribute.Get())
+    return StereoDepth(**found)
+
+
+def checked(where: str, field: str, value: Any) -> float | bool:
+    """A value for a field of `StereoDepth`. Raises SensorValueError if it does not fit."""
+    if field == "enabled":
+        return bool(value)
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = math.nan
+    if not math.isfinite(number):
+        raise SensorValueError(f"{where} {value!r}: give a finite number")
+    if number < 0 or (field in ABOVE_ZERO and number <= 0):
+        raise SensorValueError(f"{where} {number:g}: give a number above 0")
+    return number
 
 
 def measured(depth: np.ndarray, stereo: StereoDepth, generator: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
@@ -129,7 +149,7 @@ def _read(reading: Reading) -> tuple[np.ndarray, np.ndarray]:
         return np.empty((0, 0), np.float32), np.empty((0, 0), np.float32)
     path = hashlib.blake2b(frame.sensor_path.encode(), digest_size=8).digest()
     generator = np.random.default_rng((reading.app.seed, int.from_bytes(path, "little"), frame.frame_id))
-    stereo = read_stereo(reading.app.stage.GetPrimAtPath(reading.product.path))
+    stereo = read_stereo(reading.app.stage, reading.product.path, reading.product.camera_path)
     return measured(frame.channel(DEPTH), stereo, generator)
 
 

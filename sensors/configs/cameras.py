@@ -8,7 +8,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
-from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -282,14 +281,13 @@ def _author_template(prim: Usd.Prim, imager: Imager) -> None:
     values = imager.stereo()
     if not values:
         return
-    product = UsdRender.Product.Define(prim.GetStage(), template_path(prim))
+    product = UsdRender.Product.Define(prim.GetStage(), template_path(str(prim.GetPath())))
     product.CreateCameraRel().SetTargets([prim.GetPath()])
     product.CreateResolutionAttr().Set(Gf.Vec2i(*imager.resolution))
     for name, value in values.items():
         write(product.GetPrim(), name, str(Sdf.ValueTypeNames.Float), value)
 
 
-def template_path(prim: Usd.Prim) -> str:
+def template_path(camera: str) -> str:
     """Where the settings of the render product of a depth camera are kept beside it."""
-    path = prim.GetPath()
-    return str(path.GetParentPath().AppendChild(f"{PurePosixPath(str(path)).name}_render_product"))
+    return f"{camera}_render_product"

@@ -1,4 +1,5 @@
 import json
+import math
 from fractions import Fraction
 
 import pytest
@@ -497,3 +498,36 @@ def test_the_text_says_whether_a_constant_offset_of_ranges_is_added(folder, grap
     assert (result.code, result.err) == (0, "")
     [line] = [line for line in result.out.splitlines() if "rangeOffsetM" in line]
     assert "0.5 m, " + said in line
+
+
+ANGLES = (0, 2 * math.pi / 3, 4 * math.pi / 3)
+KIWI = {
+    "wheelRadius": [0.1],
+    "wheelPositions": [[0.5 * math.cos(a), 0.5 * math.sin(a), 0] for a in ANGLES],
+    "wheelOrientations": [[math.cos(a / 2), 0, 0, math.sin(a / 2)] for a in ANGLES],
+    "mecanumAngles": [90],
+}
+MECANUM = {
+    "wheelRadius": [0.1],
+    "wheelPositions": [[1, 1, 0], [1, -1, 0], [-1, 1, 0], [-1, -1, 0]],
+    "wheelOrientations": [[1, 0, 0, 0]] * 4,
+    "wheelAxis": [0, 1, 0],
+    "mecanumAngles": [-135, -45, -45, -135],
+}
+
+
+@pytest.mark.parametrize(
+    ("robot", "told"),
+    [
+        # d = 0.5 m: a wheel turns the body by (r x speed) / d, and each gets d / (n d^2 r): 1 / (3 x 0.25) = 1.333.
+        (KIWI, "at 0.667 of inputVelocity along x, 0.667 along y, and turns at 1.333 of it"),
+        # s = sqrt(1/2): a wheel gets 1 / (4 s r) and rolls by r x speed: 0.354. Its arm is 2 s: s / (4 x 2) = 0.088.
+        (MECANUM, "at 0.354 of inputVelocity along x, 0.354 along y, and turns at 0.088 of it"),
+        (KIWI | {"linearGain": 1.5, "angularGain": 0.75}, None),
+    ],
+)
+def test_the_speeds_that_a_holonomic_robot_has_are_told(robot, told, explain):
+    node = json.dumps({"type": "HolonomicController", "inputs": {**robot, "inputVelocity": [0.1, 0, 0]}})
+    wires = "nodes: {tick: OnPlaybackTick, drive: " + node + "}, connections: [tick.tick -> drive.execIn]"
+    found = traps(explain("tickgraph: 1\ngraphs: {/G: {" + wires + "}}\n")).get(("holonomic-factors", "/G/drive"))
+    assert (found is None) if told is None else (found is not None and told in found)

@@ -70,6 +70,82 @@ def test_colours_are_rgb8_with_the_time_of_the_update(app):
     assert colours[2, 2].tolist() == [118, 118, 118]  # on the grey wall 0.18
 
 
+def stereo(stage, **values):
+    """Sets the stereo depth of the camera: f b = 62.5 x 0.1 = 6.25 px m, in this image of 64 px."""
+    camera = stage.GetPrimAtPath(CAMERA)
+    camera.ApplyAPI("OmniSensorDepthSensorSingleViewAPI")
+    values = {"baselineMM": 100, "focalLengthPixel": FX, "sensorSizePixel": 64, "noiseSigma": 0, **values}
+    for name, value in values.items():
+        camera.GetAttribute(f"omni:rtx:post:depthSensor:{name}").Set(value)
+
+
+def test_stereo_depth_has_steps_of_disparity_and_nan_where_one_imager_sees_nothing(app, stage):
+    """Box: 6.25 / 3.5 = 1.786, step 1.75, 3.571 m. Wall: 6.25 / 9 = 0.694, step 0.75, 8.333 m, off the second imager
+    in column 0. Left of the box 1.786 - 0.694 = 1.09 columns are hidden from it."""
+    stereo(stage)
+    helper(app, "stereo_depth", topicName="depth")
+    found = messages(app, "/depth")[0]
+    depth = pixels(found, np.float32)
+    assert (found.encoding, found.header.frame_id) == ("32FC1", "sim_camera")
+    assert depth[24, 32] == pytest.approx(6.25 / 1.75)
+    assert depth[2, 40] == pytest.approx(6.25 / 0.75)
+    assert np.isnan(depth[2]).nonzero()[0].tolist() == [0]
+    left = (depth[24] < 4).nonzero()[0][0]
+    assert np.isnan(depth[24, left - 1])
+    assert not np.isnan(depth[24, left - 3])
+
+
+def test_a_stereo_cloud_is_its_depth_along_the_optical_axis(app, stage):
+    stereo(stage)
+    helper(app, "stereo_depth", topicName="depth")
+    helper(app, "stereo_depth_pcl", topicName="cloud")
+    depth = pixels(messages(app, "/depth")[-1], np.float32)
+    points = np.frombuffer(messages(app, "/cloud")[-1].data.tobytes(), "<f4").reshape(48, 64, 3)
+    np.testing.assert_allclose(points[..., 2], depth, rtol=1e-6)
+    np.testing.assert_allclose(points[..., 0], depth * (np.arange(64) + 0.5 - 32) / FX, rtol=1e-4, atol=1e-5)
+
+
+STEREO = """\
+tickgraph: 1
+scene:
+  prims:
+    /World/Wall: {type: Cube, size: 2.0, translate: [4, 0, 0]}
+    /World/Camera:
+      type: Camera
+      rotate: [90, 0, -90]
+      attributes: {"omni:rtx:post:depthSensor:baselineMM": 95, "omni:rtx:post:depthSensor:noiseSigma": 0.2}
+graphs:
+  /G:
+    nodes:
+      tick: OnPlaybackTick
+      product: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Camera, width: 64, height: 48}}
+      depth: {type: ROS2CameraHelper, inputs: {type: stereo_depth, topicName: depth}}
+    connections:
+      - tick.tick -> product.execIn
+      - product.execOut -> depth.execIn
+      - product.renderProductPath -> depth.renderProductPath
+"""
+
+
+def test_a_graph_file_publishes_stereo_depth_whose_noise_is_that_of_the_seed(tmp_path):
+    from graph.session.open import open_session
+
+    (tmp_path / "a.yaml").write_text(STEREO)
+
+    def run(seed):
+        with open_session(tmp_path / "a.yaml", seed=seed).app as app:
+            sink = MemorySink()
+            app.bus.subscribe(sink)
+            app.play()
+            app.update(3)
+            return [one.message.data.tobytes() for one in sink["/depth"]]
+
+    first, again, other = run(1), run(1), run(2)
+    assert len(set(first)) == len(first) >= 2
+    assert first == again
+    assert not set(first) & set(other)
+
+
 def test_the_cloud_of_an_orthographic_camera_starts_each_ray_at_its_pixel(app, stage):
     """An aperture of 20.48 tenths is 2.048 m wide: 31.25 px a metre. The box, 1 m wide, is 3.5 m away, the wall 9 m."""
     UsdGeom.Camera.Get(stage, CAMERA).GetProjectionAttr().Set("orthographic")
