@@ -31,7 +31,7 @@ def run(args: argparse.Namespace) -> int:
         if args.json:
             say_json([described(asset) for asset in all_assets()])
         else:
-            print_table([_row(described(asset), on_terminal()) for asset in all_assets()], HEADINGS)
+            print_table([row(described(asset), on_terminal()) for asset in all_assets()], HEADINGS)
         return 0
     asset, variant = find_asset(args.name)
     found = described(asset, variant)
@@ -60,7 +60,7 @@ def described(asset: AnyAsset, variant: Variant = None) -> dict[str, Any]:
     }
 
 
-def _row(found: Mapping[str, Any], short: bool) -> Sequence[str]:
+def row(found: Mapping[str, Any], short: bool) -> Sequence[str]:
     """The cells of a line; short: angles from 10 degrees on as whole ones, so that 80 columns hold them."""
     return (
         found["name"],

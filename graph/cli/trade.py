@@ -110,7 +110,7 @@ def run(args: argparse.Namespace) -> int:
         say_json(as_dict(outcome))
     else:
         _print(outcome)
-    files = _write(outcome, args.out) if args.out else []
+    files = write_files(outcome, args.out) if args.out else []
     if args.write and best is not None:
         from graph.trade.outputs import chosen
         from graph.trade.writing import write_block
@@ -271,7 +271,7 @@ def _progress(show: bool) -> Iterator[Callable[[int, int], None]]:
 # -- the answer --------------------------------------------------------------------------------------------------------
 
 
-def _write(outcome: Outcome, folder: Path) -> list[Path]:
+def write_files(outcome: Outcome, folder: Path) -> list[Path]:
     """Writes the files of a trade; returns them. Raises RunError if one cannot be written."""
     import json
 

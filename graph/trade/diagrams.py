@@ -48,7 +48,7 @@ def diagrams(outcome: Outcome, metrics: Sequence[str]) -> bytes:
         axes[0].text(0.5, 0.5, "no error differs between these settings", ha="center", va="center")
     lines: dict[str, Any] = {}
     for axis, metric in zip(axes, metrics, strict=False):
-        _diagram(axis, outcome, metric)
+        diagram(axis, outcome, metric)
         lines |= {text: handle for handle, text in zip(*axis.get_legend_handles_labels(), strict=True)}
     handles = _keys(outcome) | lines
     figure.legend(handles.values(), handles, loc="outside lower center", ncols=2 * across, fontsize=8, frameon=False)
@@ -84,7 +84,8 @@ def parts(outcome: Outcome) -> bytes:
     return _png(figure)
 
 
-def _diagram(axis: Any, outcome: Outcome, metric: str) -> None:
+def diagram(axis: Any, outcome: Outcome, metric: str) -> None:
+    """Draws one metric of a study: its errors over the costs of the settings."""
     about = METRICS[metric]
     points = [
         (row, row.cost.cpu, about.error(value))

@@ -51,6 +51,9 @@ def scene(found: Collected, numbers: Sequence[int]) -> dict[str, Any] | None:
     ]
     spans = [panels[number].inner() for number in shown]
     spans += [np.asarray(pose["places"]) for pose in poses] + corners
+    spans = [one for one in spans if len(one)]  # a message may hold no box
+    if not spans:
+        return None
     low = np.min([one.min(axis=0) for one in spans], axis=0)
     high = np.max([one.max(axis=0) for one in spans], axis=0)
     margin = np.maximum(0.03 * (high - low).max(), 0.5)

@@ -47,7 +47,7 @@ def write_view(
     the size that the page keeps below, about.
     Returns the files, and a line about each message that is left out. Raises UserError without plotly.
     """
-    plotly = _plotly()
+    plotly = plotly_code()
     found = collect(run, sizes, max(1, int(megabytes * MEGABYTE) - SCRIPT_SIZE))
     script = "".join(map(_asset, SCRIPTS))
     page = Template(_asset("page.html")).substitute(
@@ -191,7 +191,7 @@ def _scale() -> list[list[Any]]:
     return [[float(place), colour] for place, colour in get_colorscale("Turbo")]
 
 
-def _plotly() -> str:
+def plotly_code() -> str:
     """The script of plotly.js, for the page to carry."""
     try:
         from plotly.offline import get_plotlyjs

@@ -221,7 +221,7 @@ def _without_plotly() -> None:
     """Leaves Plotly's 5 MB out of each page."""
     from graph.view import writing
 
-    writing._plotly = lambda: ""
+    writing.plotly_code = lambda: ""
 
 
 def _command(arguments: Sequence[str], output: IO[bytes]) -> tuple[int, str]:

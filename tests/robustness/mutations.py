@@ -65,7 +65,7 @@ def spoiled(data: bytes, kind: str, random: Random) -> bytes:
     """A file of a kind (its suffix) spoiled a few times over."""
     if kind in (".json", ".yaml", ".ogn") and random.random() < 0.7:
         return _document(data, random)
-    ways = (_bytes, _cut, _doubled, _swapped) if kind in (".usdc", ".mcap") else _TEXT_WAYS
+    ways = (changed_bytes, cut, _doubled, _swapped) if kind in (".usdc", ".mcap") else _TEXT_WAYS
     for _ in range(random.choice((1, 1, 1, 1, 2, 3, 8))):
         data = random.choice(ways)(data, random)
     return data
@@ -103,7 +103,7 @@ def _places(value: Any) -> Any:
         yield from _places(inner)
 
 
-def _bytes(data: bytes, random: Random) -> bytes:
+def changed_bytes(data: bytes, random: Random) -> bytes:
     """A few bytes overwritten, also by what says a large length."""
     changed = bytearray(data)
     for _ in range(random.choice((1, 1, 2, 4, 16))):
@@ -115,7 +115,7 @@ def _bytes(data: bytes, random: Random) -> bytes:
     return bytes(changed)
 
 
-def _cut(data: bytes, random: Random) -> bytes:
+def cut(data: bytes, random: Random) -> bytes:
     """A piece taken out, or everything from a place on."""
     if not data:
         return data
@@ -177,4 +177,4 @@ def _line(data: bytes, random: Random) -> bytes:
     return b"\n".join(lines)
 
 
-_TEXT_WAYS = (*[_number] * 6, *[_word] * 8, *[_line] * 4, _bytes, _cut, _doubled, _swapped)
+_TEXT_WAYS = (*[_number] * 6, *[_word] * 8, *[_line] * 4, changed_bytes, cut, _doubled, _swapped)

@@ -132,7 +132,7 @@ def _changed(one: Said, random: Random) -> Said:
     if what < 0.6:
         data = one.data
         for _ in range(random.choice((1, 1, 3))):
-            data = random.choice((_doubles, _doubles, mutations._bytes, mutations._cut))(data, random)
+            data = random.choice((_doubles, _doubles, mutations.changed_bytes, mutations.cut))(data, random)
         return replace(one, data=data)
     if what < 0.75:
         return replace(one, topic=random.choice(NAMES))

@@ -232,8 +232,8 @@ def test_rows_that_share_their_bytes_are_counted(tmp_path, monkeypatch):
     path = database(tmp_path / "run.db3", rows=[(1, n, data) for n in range(1000)])
     source = BagSource(path)
     assert len(list(source)) == 1000
-    monkeypatch.setattr("graph.sim.messages.bag_source._FEWEST_STEPS", 0)
-    monkeypatch.setattr("graph.sim.messages.bag_source._STEPS_A_BYTE", 0)
+    monkeypatch.setattr("graph.sim.messages.bag_source.FEWEST_STEPS", 0)
+    monkeypatch.setattr("graph.sim.messages.bag_source.STEPS_A_BYTE", 0)
     with pytest.raises(RunError, match="more rows than bytes for them"):
         list(source)
 
@@ -273,7 +273,7 @@ def test_a_log_time_may_be_any_that_the_format_holds(said, tmp_path, nanoseconds
 def test_a_full_disk_leaves_the_files_of_an_earlier_trade_whole(tmp_path, monkeypatch):
     """The third of five files does not fit: it stays as it was, and no part of it is left."""
     resource = pytest.importorskip("resource")
-    from graph.cli.trade import _write
+    from graph.cli.trade import write_files
 
     for name, small in {
         "outputs.as_dict": {},
@@ -288,7 +288,7 @@ def test_a_full_disk_leaves_the_files_of_an_earlier_trade_whole(tmp_path, monkey
     resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, before[1]))
     try:
         with pytest.raises(RunError, match="the figures are above"):
-            _write(None, tmp_path)
+            write_files(None, tmp_path)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
     assert sorted(os.listdir(tmp_path)) == ["trade.csv", "trade.json", "trade.png"]

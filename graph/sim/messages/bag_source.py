@@ -28,7 +28,7 @@ _TABLES = {
 }
 """The columns that a recording has; those of definitions and of the schema's version are younger."""
 _DEFINITIONS = ("topic_type", "encoding", "encoded_message_definition")
-_STEPS_A_BYTE, _FEWEST_STEPS, _LOOK = 32, 1_000_000, 10_000
+STEPS_A_BYTE, FEWEST_STEPS, _LOOK = 32, 1_000_000, 10_000
 """Steps of SQLite's machine: a row of a few bytes takes some thirty."""
 _DAMAGED = "it has more rows than bytes for them"
 _VIRTUAL = re.compile(r"\b(virtual|generated)\b", re.IGNORECASE)
@@ -116,7 +116,7 @@ def _connected(path: Path) -> sqlite3.Connection:
     database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, most("recording.record"))
     for pragma in ("trusted_schema=OFF", "query_only=ON", "cell_size_check=ON", "mmap_size=0", "temp_store=MEMORY"):
         database.execute(f"PRAGMA {pragma}")
-    left = (_FEWEST_STEPS + _STEPS_A_BYTE * size) // _LOOK
+    left = (FEWEST_STEPS + STEPS_A_BYTE * size) // _LOOK
 
     def spent() -> bool:
         nonlocal left

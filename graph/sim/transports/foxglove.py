@@ -45,7 +45,7 @@ class FoxgloveTransport:
         self._channels: dict[str, Any] = {}
         self._latched: dict[str, Outgoing] = {}
         self._receivers: dict[str, tuple[str, Callable[[bytes], None]]] = {}
-        self._published: dict[tuple[int, int], str] = {}
+        self.client_channels: dict[tuple[int, int], str] = {}
         capabilities = [Capability.Time, *([Capability.ClientPublish] if target.control else ())]
         self._now_ns = -1
         self._sent_at = 0.0
@@ -129,17 +129,17 @@ class FoxgloveTransport:
         topic = topic_name(channel.topic)
         wanted = self._receivers.get(topic)
         if channel.encoding == "cdr" and (wanted is None or channel.schema_name in ("", wanted[0])):
-            self._published[client, channel.id] = topic[:MOST_NAME]
-            if len(self._published) > MOST_CHANNELS:  # the server does not say when a client is gone
-                del self._published[next(iter(self._published))]
+            self.client_channels[client, channel.id] = topic[:MOST_NAME]
+            if len(self.client_channels) > MOST_CHANNELS:  # the server does not say when a client is gone
+                del self.client_channels[next(iter(self.client_channels))]
 
     def client_unadvertises(self, client: int, channel: int) -> None:
         """Forgets a channel."""
-        self._published.pop((client, channel), None)
+        self.client_channels.pop((client, channel), None)
 
     def client_publishes(self, client: int, channel: int, data: bytes) -> None:
         """Receives a client's message."""
-        wanted = self._receivers.get(self._published.get((client, channel), ""))
+        wanted = self._receivers.get(self.client_channels.get((client, channel), ""))
         if wanted is not None:
             wanted[1](bytes(data))
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from graph.cli.sensors import HEADINGS, _row, described
+from graph.cli.sensors import HEADINGS, described, row
 from graph.cli.tables import TEXT, hanging, table_lines, wrapped_last
 from graph.sim.fidelity import KNOBS
 from sensors.configs.summary import all_assets
@@ -57,7 +57,7 @@ def test_cells_that_fit_into_no_table_follow_their_headings():
 
 @pytest.mark.parametrize("width", [60, 80, 120])
 def test_no_line_of_the_shipped_tables_is_longer_than_the_terminal_and_no_word_is_broken(width):
-    sensors = [_row(described(asset), short=True) for asset in all_assets()]
+    sensors = [row(described(asset), short=True) for asset in all_assets()]
     knobs = [(name, knob.values, knob.cost, knob.error, knob.why) for name, knob in KNOBS.items()]
     for rows, headings in ((sensors, HEADINGS), (knobs, ("knob", "values", "cost", "error", "why"))):
         head, body = table_lines(rows, headings, width)
@@ -67,7 +67,7 @@ def test_no_line_of_the_shipped_tables_is_longer_than_the_terminal_and_no_word_i
 
 
 def test_the_sensors_are_one_line_each_at_80_columns():
-    rows = [_row(described(asset), short=True) for asset in all_assets()]
+    rows = [row(described(asset), short=True) for asset in all_assets()]
     assert len(table_lines(rows, HEADINGS, 80)[1]) == len(rows)
 
 

@@ -3,13 +3,13 @@
 from matplotlib.container import ErrorbarContainer
 from matplotlib.figure import Figure
 
-from graph.trade.diagrams import _diagram
+from graph.trade.diagrams import diagram
 from tests.graph.trade.test_outcome import METRIC, outcome, row
 
 
 def drawn(rows, budget=None):
     axis = Figure().subplots()
-    _diagram(axis, outcome(rows, budget), METRIC)
+    diagram(axis, outcome(rows, budget), METRIC)
     return axis
 
 

@@ -43,7 +43,7 @@ def page_of(file, out):
 @SETTINGS
 @given(st.lists(st.tuples(st.integers(0, 35), st.integers(0, 60), NUMBERS), max_size=12), st.integers(0, 2**64 - 1))
 def test_any_values_and_times_give_a_page(tmp_path, monkeypatch, changes, log_ns):
-    monkeypatch.setattr(writing, "_plotly", lambda: "")
+    monkeypatch.setattr(writing, "plotly_code", lambda: "")
     said = [replace(one, log_ns=max(log_ns, one.log_ns)) for one in recordings.messages()]
     for place, word, number in changes:
         data = bytearray(said[place].data)

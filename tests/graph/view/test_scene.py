@@ -189,3 +189,18 @@ def test_a_scan_is_read_as_flat_points():
     points = points_of(scan, "sensor_msgs/msg/LaserScan")
     assert np.stack([points["x"], points["y"]], 1) == pytest.approx(np.array([[1, 0], [0, 2]]), abs=1e-6)
     assert cloud(np.stack([points["x"], points["y"], points["z"]], 1), "/scan", "front").is_flat()
+
+
+def test_a_recording_without_a_box_or_a_place_has_no_scene():
+    empty = {"t": 0.0, "root": "world", "corners": [], "labels": []}
+    assert scene(Collected(boxes={"/boxes": [empty]}), []) is None
+
+
+def test_frames_whose_parents_form_a_ring_have_a_scene():
+    log = TransformLog()
+    for seconds in (0.0, 1.0):
+        for parent, child in (("a", "b"), ("b", "c"), ("c", "a")):
+            log.add(moved(parent, child, (seconds, 0.0, 0.0), seconds=seconds), "/tf")
+    found = Collected(poses=list(frames(log)))
+    whole = scene(found, [])
+    assert whole is None or whole["low"] < whole["high"]

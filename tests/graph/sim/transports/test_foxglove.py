@@ -35,9 +35,9 @@ def test_a_client_that_only_watches_cannot_publish_and_channels_are_bounded():
         for number in range(40_000):
             channel = SimpleNamespace(id=number, topic="/" + "x" * 5000, encoding="cdr", schema_name="")
             transport.client_advertises(number % 7, channel)
-        assert len(transport._published) == MOST_CHANNELS
+        assert len(transport.client_channels) == MOST_CHANNELS
         transport.client_unadvertises(39_999 % 7, 39_999)
-        assert len(transport._published) == MOST_CHANNELS - 1
+        assert len(transport.client_channels) == MOST_CHANNELS - 1
     finally:
         transport.close()
 
