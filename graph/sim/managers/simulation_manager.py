@@ -242,7 +242,8 @@ class ManagedSimulation:
             self.build()
         self.steps.warm_up()
         self.events.warm = True
-        for event in (SimulationEvent.SIMULATION_SETUP, *tuple(IsaacEvents)[:3]):
+        events: list[SimulationEvent | IsaacEvents] = [SimulationEvent.SIMULATION_SETUP, *list(IsaacEvents)[:3]]
+        for event in events:
             self.events.dispatch(event)
 
     def step(
