@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
+from graph.base.callables import check_callable
+
 from .annotators.annotator import Product, only_product
 from .channels import Consumer
 
@@ -28,6 +30,7 @@ def on_frame(
     end. app: None is the App entered last. Returns a function that ends the calls. Raises SensorValueError for a
     product that does not exist or whose sensor does not have these channels.
     """
+    check_callable(callback, "on_frame(product, callback)")
     _, found = only_product(product, app, "on_frame")
     owner = Consumer("on_frame")
     found.sensor.require(owner, channels)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from graph.base.exact import nanoseconds
+from graph.base.suggesting import Suggesting
 from graph.sim.transforms import quaternion
 
 from .channels import CHANNELS, AuxLevel
@@ -36,8 +37,8 @@ class FramePose:
         return quaternion(self.world_sensor[:3, :3])
 
 
-@dataclass(slots=True)
-class Frame:
+@dataclass(slots=True, repr=False)
+class Frame(Suggesting):
     """A finished reading.
 
     timestamp_ns: start of the frame on the simulation clock; element time = timestamp_ns + timeOffsetNs. reference: the
@@ -75,6 +76,17 @@ class Frame:
         """The channel's array; without elements if no consumer requested it. Raises KeyError for unknown names."""
         array = self.arrays.get(name)
         return CHANNELS[name].empty() if array is None else array
+
+    def __repr__(self) -> str:
+        held = ", ".join(f"{name} {getattr(one, 'shape', len(one))}" for name, one in self.arrays.items())
+        return (
+            f"<Frame {self.frame_id} of {self.sensor_path or 'a sensor'} at {self.timestamp_ns} ns: {held or 'empty'}>"
+        )
+
+    def _repr_html_(self) -> str:
+        from sensors.writers.showing import frame_html
+
+        return frame_html(self)
 
     def has(self, name: str) -> bool:
         """Whether the frame holds this channel."""

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from graph.base.errors import UserError
+from graph.base.suggesting import Suggesting
 
 from .frame import Frame
 from .sensor_types import sensor_types
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 _sensors: weakref.WeakKeyDictionary[App, dict[str, PolledSensor]] = weakref.WeakKeyDictionary()
 
 
-class PolledSensor:
+class PolledSensor(Suggesting):
     """A sensor that its readers share: the first one that reads at a moment triggers the measurement.
 
     sensor: the sensor itself. frame: its newest frame; None before the first.

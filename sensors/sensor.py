@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
+from graph.base.suggesting import Suggesting
+
 from .annotators.annotator import Annotator, split_data
 from .annotators.registry import find_annotator
 from .annotators.specs import ANNOTATORS
@@ -35,7 +37,7 @@ def check_names(
         _writer_spec(name, WRITERS)
 
 
-class RenderedSensor:
+class RenderedSensor(Suggesting):
     """A sensor prim with a render product, and annotators and writers by their short names.
 
     The product exists from now on; if it was made while playing, until the stop. Raises SensorValueError (a UserError

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from graph.base import exact
+from graph.base.suggesting import Suggesting
 
 from . import prim as on_prim
 from .errors import SensorValueError
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from graph.sim import App
 
 
-class SensorPrim:
+class SensorPrim(Suggesting):
     """Base of the classes that wrap the sensor prim at a path, or create a missing one; see `Lidar` and `Radar`.
 
     A subclass names the type of its prims, the schema that they need, its auxiliary levels and the word for it.

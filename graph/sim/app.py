@@ -7,11 +7,12 @@ from contextlib import AbstractContextManager
 from fractions import Fraction
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from graph.base import exact
 from graph.base.asset_roots import mapped
 from graph.base.errors import RunError
+from graph.base.suggesting import Suggesting
 
 from . import entered
 from . import settings as keys
@@ -45,7 +46,7 @@ if TYPE_CHECKING:
     from .state.prim_poses import PrimPoses
 
 
-class App:
+class App(Suggesting):
     """One world and its clocks. Several may live in one process; the most recently entered one is the default.
 
     `stage` is a path, a `Usd.Stage` or None for an empty stage; `mjcf`, instead of it, an MJCF file or a loaded
@@ -60,6 +61,15 @@ class App:
     steps and frees the world), `rendering` (sensors), `timeline`, `driver` (states and updates), `phases` (their
     subscribers), `bus` (messages), `settings`. No part has a reference to the App.
     """
+
+    _instead: ClassVar[Mapping[str, str]] = {
+        "step": "app.update(steps=n)",
+        "run": "app.update(steps=n)",
+        "start": "app.play()",
+        "time": "app.timeline.get_current_time() or app.external_time",
+        "scene": "app.stage",
+        "load": "App.from_file(path)",
+    }
 
     def __init__(
         self,
@@ -186,6 +196,24 @@ class App:
         """The most recently entered App with this stage, or None."""
         app: App | None = entered.of_stage(stage)
         return app
+
+    def __repr__(self) -> str:
+        state = "closed" if self.driver.updates.closed else "playing" if self.timeline.is_playing() else "not playing"
+        physics = exact.shortest(self.simulation.steps_per_second)
+        return (
+            f"<App {state} at {float(self.timeline.current_time):.3f} s: loop {exact.shortest(self.loop_rate)} Hz, "
+            f"physics {physics} Hz, {len(self.graphs)} graphs, {len(self.rendering.products)} render products>"
+        )
+
+    def _repr_html_(self) -> str:
+        from graph.base.html import table
+
+        graphs = [("graph", path, "") for path in self.graphs]
+        products = [("render product", one.camera_path, path) for path, one in self.rendering.products.items()]
+        topics = [
+            ("topic", one.name, f"{one.type_name}, {one.messages:,} messages") for one in self.bus.topics.values()
+        ]
+        return table(("part", "name", ""), [*graphs, *products, *topics], repr(self))
 
     # -- the world ---------------------------------------------------------------------------------------------------
 

@@ -7,6 +7,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from graph.base import exact
+from graph.base.callables import check_callable
 from graph.base.errors import RunError, UserError
 
 from .managers.async_updates import AsyncUpdates
@@ -141,6 +142,8 @@ class Driver:
     def update_app(self, *, steps: int = 1, callback: StepCallback | None = None) -> None:
         """Runs `steps` app updates and calls `callback(i, steps)` after each; False ends them."""
         steps = exact.count(steps, "steps", least=0)
+        if callback is not None:
+            check_callable(callback, "update_app(callback=...)")
         for done in range(1, steps + 1):
             self.update()
             if (callback is not None and callback(done, steps) is False) or self.updates.exit_requested:
@@ -156,6 +159,8 @@ class Driver:
     async def update_app_async(self, *, steps: int = 1, callback: StepCallback | None = None) -> None:
         """Awaits `steps` app updates and calls `callback(i, steps)` after each; False ends them."""
         steps = exact.count(steps, "steps", least=0)
+        if callback is not None:
+            check_callable(callback, "update_app(callback=...)")
         for done in range(1, steps + 1):
             await self.next_update_async()
             if (callback is not None and callback(done, steps) is False) or self.updates.exit_requested:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from itertools import count
 
 from graph.base import exact
+from graph.base.callables import check_callable
 from graph.base.errors import UserError
 
 Callback = Callable[[], object]
@@ -99,6 +100,7 @@ class Phases:
         subscribers of order 0. `post_render_graphs` runs only in updates that delivered a frame. Raises UserError for
         an unknown phase, TypeError for an order that is not a whole number.
         """
+        check_callable(callback, "app.on(phase, callback)")
         order = exact.count(order, "order")
         if phase not in self._subscribers:
             raise UserError(f"there is no phase or event {phase!r}; there are {', '.join(self._subscribers)}")

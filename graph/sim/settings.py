@@ -7,8 +7,10 @@ from fractions import Fraction
 from typing import Any
 
 from graph.base import exact
+from graph.base.callables import check_callable
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.suggest import closest
+from graph.base.suggesting import Suggesting
 
 RATE_LIMIT_ENABLED = "/app/runLoops/main/rateLimitEnabled"
 RATE_LIMIT_FREQUENCY = "/app/runLoops/main/rateLimitFrequency"
@@ -137,7 +139,7 @@ _MOST_SUGGESTIONS = 200
 """Most settings of a file that are checked for misspellings."""
 
 
-class Settings:
+class Settings(Suggesting):
     """A tree of settings. Any path may be set; the known ones in `DEFAULTS` keep their type and range."""
 
     def __init__(self, values: Mapping[str, Any] | None = None, defaults: Mapping[str, Any] = DEFAULTS) -> None:
@@ -217,6 +219,7 @@ class Settings:
 
     def subscribe(self, path: str, callback: Callable[[Any], None]) -> Callable[[], None]:
         """Calls `callback(value)` when the value at `path` changes; returns a function that ends it."""
+        check_callable(callback, "settings.subscribe(path, callback)")
         callbacks = self._subscribers.setdefault(normalised(path), [])
         callbacks.append(callback)
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from graph.base.suggesting import Suggesting
 from sensors.channels import AUXILIARY, Consumer
 from sensors.errors import SensorValueError
 
@@ -25,7 +26,7 @@ HOST = (None, "cpu", "cpu:0")
 """Devices whose memory has the data."""
 
 
-class Annotator:
+class Annotator(Suggesting):
     """`Annotator(kind).initialize(outputTimestamp=True).attach(product)`, then `get_data()` after each update.
 
     kind: from `sensors.annotators.types`. app: the App of the products; None is the App entered last. Options can be

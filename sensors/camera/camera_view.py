@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from graph.base.suggesting import Suggesting
 from sensors.errors import SensorValueError
 
 from .names import PRIM_TYPE
@@ -25,7 +26,7 @@ Words = str | Sequence[str]
 Column = np.ndarray
 
 
-class CameraView:
+class CameraView(Suggesting):
     """The lenses of n Camera prims; arrays have the shape (n, 1), float32.
 
     Focal lengths, apertures and their offsets are ten times as large on the prims as they are given here. Setters take

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from graph.base.suggesting import Suggesting
 from sensors.errors import SensorValueError
 from sensors.sensor import RenderedSensor, short_names
 from sensors.sensor_prim import matching_paths
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from graph.sim import App
 
 
-class TiledCameraSensor:
+class TiledCameraSensor(Suggesting):
     """Renders several cameras of one size: a batch of images, or one image of their tiles, row after row.
 
     paths: of Camera prims, or regular expressions (/World/env_.*/Camera). resolution: height and width of each. Pixels

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from graph.base.suggesting import Suggesting, UnknownAttributeError
 from graph.sim.transforms import quaternion
 from sensors.channels import CHANNELS, AuxLevel
 from sensors.frame import Frame
@@ -81,7 +82,7 @@ def _place(buffer: np.ndarray, offset: int, dtype: np.dtype[Any], source: np.nda
     target.reshape(source.shape)[...] = source
 
 
-class _ReadOnly:
+class _ReadOnly(Suggesting):
     """Attributes are set only once, through `__dict__`."""
 
     def __setattr__(self, name: str, value: object) -> None:
@@ -181,7 +182,19 @@ class GenericModelOutput(_ReadOnly):
             return self._arrays.get(name, CHANNELS[name].empty())
         if name in OTHER_ARRAYS:
             return np.empty(0, OTHER_ARRAYS[name])
-        raise AttributeError(f"GenericModelOutput has no field {name}")
+        raise UnknownAttributeError(name, self)
+
+    def __repr__(self) -> str:
+        kind, frame = self.modality.name, self.frameOfReference.name
+        return (
+            f"<GenericModelOutput {kind} frame {self.frameId} at {self.timestampNs} ns: {self.numElements} elements, "
+            f"{self.elementsCoordsType.name} in {frame}>"
+        )
+
+    def _repr_html_(self) -> str:
+        from sensors.writers.showing import model_output_html
+
+        return model_output_html(self)
 
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *ELEMENT_ARRAYS, "timeOffSetNs", *AUX_ARRAYS, *OTHER_ARRAYS]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from graph.base.paths import at_or_below
+from graph.base.suggesting import Suggesting
 from graph.sim.transforms import Floats, rigid_part
 from sensors.errors import SensorValueError
 
@@ -30,7 +31,7 @@ _registered: weakref.WeakKeyDictionary[App, dict[ProximitySensor, tuple[Unsubscr
 """The sensors that an App updates, each with the functions that end it."""
 
 
-class ProximitySensor:
+class ProximitySensor(Suggesting):
     """Watches the box of a prim: its bounds along its own axes, with all that is below it.
 
     A rigid body with a collider in the box is reported by the body's path, a static collider by its own; the prim's own

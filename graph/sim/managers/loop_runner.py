@@ -5,6 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from graph.base import exact
+from graph.base.suggesting import Suggesting
 from graph.sim import settings as keys
 from graph.sim.settings import Settings
 from graph.sim.timing.clocks import checked_rate
@@ -13,7 +14,7 @@ from graph.sim.timing.run_loop import RunLoop
 MAIN = "main"
 
 
-class LoopRunner:
+class LoopRunner(Suggesting):
     """Manual stepping of an App's run loop. Mode and step size are independent; both act from the next update on.
 
     The only loop is named "main"; the name "" means all loops. Writing the setting

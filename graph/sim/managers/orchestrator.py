@@ -8,6 +8,7 @@ from fractions import Fraction
 from typing import Protocol
 
 from graph.base import exact
+from graph.base.suggesting import Suggesting
 from graph.sim import settings as keys
 from graph.sim.settings import Settings
 from graph.sim.timing.clocks import checked_rate
@@ -44,7 +45,7 @@ class Stepped(Protocol):
         """Gives a warning."""
 
 
-class Orchestrator:
+class Orchestrator(Suggesting):
     """Steps an App one update at a time; each step returns after the writers have received its frames."""
 
     def __init__(self, driver: Stepped) -> None:

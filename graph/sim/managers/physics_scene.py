@@ -13,6 +13,7 @@ from typing import Any, Protocol
 
 from graph.base import exact
 from graph.base.errors import RunError
+from graph.base.suggesting import Suggesting
 from graph.sim import entered
 from graph.sim.scene.scene_attributes import (
     EARTH_GRAVITY,
@@ -95,7 +96,7 @@ class Simulated(Protocol):
         """Its simulation."""
 
 
-class PhysicsScene:
+class PhysicsScene(Suggesting):
     """A UsdPhysics scene prim: at a path (a missing one is created) or given as a prim.
 
     `app` defaults to the current App, if the prim is on its stage. Raises ValueError for a prim of another type,

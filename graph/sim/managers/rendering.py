@@ -11,6 +11,7 @@ from typing import Any, Protocol
 
 from graph.base import exact
 from graph.base.errors import RunError
+from graph.base.suggesting import Suggesting
 from graph.sim import settings as keys
 from graph.sim.forwarding import forward
 from graph.sim.renderer.products import RenderProduct
@@ -59,7 +60,7 @@ def _ignored(product: RenderProduct) -> None:
     """Nobody schedules it any more."""
 
 
-class Rendering:
+class Rendering(Suggesting):
     """The user's interface to rendering: render products, dt of the run loop, NEW_FRAME callbacks.
 
     `scheduler` renders the products that are due; `products` are all of them, by path.

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from graph.base.suggesting import Suggesting
 from graph.sim import settings as keys
 from graph.sim.forwarding import forward
 from graph.sim.messages.bus import MessageBus
@@ -36,7 +37,7 @@ _CHANGES: dict[Change, SimulationEvent] = {
 _DEFAULTS = ("warm_start", "on_stop", "stage_open", "stage_close", "post_warm_start")
 
 
-class ManagedSimulation:
+class ManagedSimulation(Suggesting):
     """The simulation of one App: builds, steps and frees its world, gives the time, calls callbacks.
 
     It is *warm* from the end of `initialize_physics`, which playing calls, to `invalidate_physics`, which stopping

@@ -8,8 +8,10 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, Protocol
 
+from graph.base.callables import CallableError
 from graph.base.errors import RunError
 from graph.base.exact import nanoseconds
+from graph.base.suggesting import Suggesting
 
 from .cadence import Cadence
 from .message import Message
@@ -85,7 +87,7 @@ class _Gathered:
     parts: list[Any] = field(default_factory=list)
 
 
-class MessageBus:
+class MessageBus(Suggesting):
     """Topics by name (with a leading slash), sinks that receive every topic, and subscriptions that receive one.
 
     Sinks are called in the order in which they subscribed. A subscription made during an update also gets the messages
@@ -270,7 +272,11 @@ class MessageBus:
             topic.end_play()
 
     def subscribe(self, sink: Sink) -> None:
-        """Adds a sink and announces the present topics to it."""
+        """Adds a sink and announces the present topics to it. Raises CallableError for what is no sink."""
+        lacking = [name for name in ("advertise", "write", "close") if not callable(getattr(sink, name, None))]
+        if lacking:
+            kind, methods = type(sink).__name__, " and ".join(lacking)
+            raise CallableError(f"bus.subscribe takes a sink (advertise, write, close); this {kind} has no {methods}")
         self._sinks.append(sink)
         if reached := getattr(sink, "reached", None):
             self._timed[sink] = reached

@@ -128,6 +128,16 @@ class RunReader:
                 yield entry
                 advance(entries, place)
 
+    def __repr__(self) -> str:
+        messages = sum(topic.messages for topic in self.recorded.values())
+        return f"<recording {self.name}: {messages:,} messages on {len(self.recorded)} topics>"
+
+    def _repr_html_(self) -> str:
+        from graph.base.html import table
+
+        rows = [(topic.name, topic.type_name, f"{topic.messages:,}") for topic in self.recorded.values()]
+        return table(("topic", "type", "messages"), rows, repr(self))
+
     def close(self) -> None:
         """Closes its files; calling it twice is harmless."""
         for file in self.files:

@@ -6,10 +6,12 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
+from graph.base.suggesting import Suggesting
+
 from .sensor import Sensor, SensorFrame
 
 
-class RenderProduct:
+class RenderProduct(Suggesting):
     """One sensor's output at one size; exists from external time `created_at` [s]."""
 
     def __init__(

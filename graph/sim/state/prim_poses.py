@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graph.base.errors import RunError
+from graph.base.suggesting import Suggesting
 from graph.sim import transforms
 from graph.sim.scene.stage import Warn, ignore_warning, meters_per_unit
 from graph.sim.transforms import Floats
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 NOTHING: Mapping[str, Floats] = MappingProxyType({})
 
 
-class PrimPoses(ABC):
+class PrimPoses(Suggesting, ABC):
     """World transforms and attributes by path; matrices are (4, 4), column vectors, stage units.
 
     The common part of Fabric and of the stage as the world: bodies have their poses of physics, and everything else

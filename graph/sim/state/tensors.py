@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graph.base.errors import RunError
+from graph.base.suggesting import Suggesting
 from graph.sim import transforms
 from graph.sim.transforms import Floats
 
@@ -21,7 +22,7 @@ Which = Sequence[str] | str | None
 """Some bodies or joints: paths or a pattern such as `/World/Box_*`; None: all of them."""
 
 
-class Tensors:
+class Tensors(Suggesting):
     """`app.simulation.tensors`: reads and writes the physics of a playing App; arrays are copies of this moment.
 
     Everything raises RunError while no world is built ("call app.play() first"); an existing view continues with the

@@ -6,11 +6,12 @@ import math
 from fractions import Fraction
 
 from graph.base import exact
+from graph.base.suggesting import Suggesting
 
 from .clocks import Counter
 
 
-class Playhead:
+class Playhead(Suggesting):
     """An exact time between a start and an end. At the end it loops back to the start, or stops."""
 
     def __init__(self, end: Fraction) -> None:

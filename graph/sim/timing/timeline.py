@@ -14,6 +14,7 @@ from fractions import Fraction
 from typing import Literal
 
 from graph.base import exact
+from graph.base.callables import check_callable
 from graph.base.errors import UserError
 from graph.sim import settings as keys
 from graph.sim.settings import Settings
@@ -151,6 +152,7 @@ class Timeline(Playhead):
         Returns a function that ends it. An update has `get_ticks_per_frame()` ticks, each for an equal part of its
         advance.
         """
+        check_callable(callback, "timeline.on_tick(callback)")
         self._ticks = (*self._ticks, callback)
 
         def unsubscribe() -> None:
