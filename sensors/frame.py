@@ -79,9 +79,8 @@ class Frame(Suggesting):
 
     def __repr__(self) -> str:
         held = ", ".join(f"{name} {getattr(one, 'shape', len(one))}" for name, one in self.arrays.items())
-        return (
-            f"<Frame {self.frame_id} of {self.sensor_path or 'a sensor'} at {self.timestamp_ns} ns: {held or 'empty'}>"
-        )
+        sensor = self.sensor_path or "a sensor"
+        return f"<Frame {self.frame_id} of {sensor} at {self.timestamp_ns} ns: {held or 'no channels'}>"
 
     def _repr_html_(self) -> str:
         from sensors.writers.showing import frame_html

@@ -18,11 +18,10 @@ class UnknownAttributeError(AttributeError):
 
     def __str__(self) -> str:
         kind = type(self._owner)
-        instead = getattr(kind, "_instead", {}).get(self.name)
-        names = (name for name in dir(self._owner) if not name.startswith("_"))
-        return (
-            f'{kind.__name__} has no "{self.name}"{f"; use {instead}" if instead else did_you_mean(self.name, names)}'
-        )
+        name = str(self.name)
+        instead = getattr(kind, "_instead", {}).get(name)
+        names = (one for one in dir(self._owner) if not one.startswith("_"))
+        return f'{kind.__name__} has no "{name}"{f"; use {instead}" if instead else did_you_mean(name, names)}'
 
 
 class Suggesting:

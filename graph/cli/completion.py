@@ -21,14 +21,52 @@ def run(args: argparse.Namespace) -> int:
     """Runs the command."""
     import shtab
 
-    print(shtab.complete(command_line(), shell=args.shell))
+    whole = command_line()
+    _offer_words(whole)
+    print(shtab.complete(whole, shell=args.shell))
     return 0
+
+
+def _offer_words(whole: argparse.ArgumentParser) -> None:
+    """Gives arguments the words that they accept: only for a script, because a parser would refuse all others."""
+    from graph.manual import ORDER
+    from graph.node import registry
+    from graph.sim.fidelity import KNOBS
+    from sensors.configs.summary import all_assets
+
+    from .examples import examples
+    from .main import COMMANDS
+    from .new import KINDS
+
+    types = [name for one in registry.all() for name in (one.short_name, one.id)]
+    configs = [name for one in all_assets() for name in (one.short_name, *one.products)]
+    values = {
+        name: [one for one in knob.schema.get("enum", ()) if isinstance(one, str)] for name, knob in KNOBS.items()
+    }
+    words: dict[tuple[str, str], list[str]] = {
+        ("node", "type"): types,
+        ("nodes", "pattern"): types,
+        ("sensors", "name"): configs,
+        ("help", "topic"): [*ORDER, *COMMANDS],
+        ("new", "kind"): [*KINDS, *examples()],
+        ("trade", "vary"): [f"{name}={','.join(some)}" for name, some in values.items()],
+    }
+    pairs = [f"{name}={value}" for name, some in values.items() for value in some or [""]]
+    for command, parser in _parsers(whole).items():
+        for action in parser._actions:
+            offered = pairs if action.dest == "fidelity" else words.get((command, action.dest), [])
+            if offered:
+                action.choices = list(dict.fromkeys(word for word in offered if " " not in word))
+
+
+def _parsers(whole: argparse.ArgumentParser) -> dict[str, argparse.ArgumentParser]:
+    [commands] = (action for action in whole._actions if isinstance(action, argparse._SubParsersAction))
+    return dict(commands.choices)
 
 
 def arguments() -> dict[str, list[argparse.Action]]:
     """The arguments of every command, in the order of its --help."""
-    [commands] = (action for action in command_line()._actions if isinstance(action, argparse._SubParsersAction))
-    return {name: list(parser._actions) for name, parser in commands.choices.items()}
+    return {name: list(parser._actions) for name, parser in _parsers(command_line()).items()}
 
 
 def command_line() -> argparse.ArgumentParser:

@@ -6,6 +6,7 @@ import argparse
 import json
 import logging
 import math
+import shlex
 import sys
 import time
 from collections.abc import Iterator
@@ -216,6 +217,8 @@ def run(args: argparse.Namespace) -> int:
     if pictures is not None and pictures.files:
         lines.append(f"wrote {counted(len(pictures.files), 'pictures')} into {pictures.files[0].parent}")
     _print(args, report, lines)
+    if output is not None and output.sink.messages and not args.json:
+        say(f"next: {shlex.join(('graph', 'view', str(args.out)))}")
     for failure in failures[1:]:
         if str(failure) != str(failures[0]):
             tell(f"graph: {failure}")

@@ -208,12 +208,11 @@ class App(Suggesting):
     def _repr_html_(self) -> str:
         from graph.base.html import table
 
-        graphs = [("graph", path, "") for path in self.graphs]
-        products = [("render product", one.camera_path, path) for path, one in self.rendering.products.items()]
-        topics = [
-            ("topic", one.name, f"{one.type_name}, {one.messages:,} messages") for one in self.bus.topics.values()
-        ]
-        return table(("part", "name", ""), [*graphs, *products, *topics], repr(self))
+        rows = [("graph", path, "") for path in self.graphs]
+        rows += [("render product", one.camera_path, path) for path, one in self.rendering.products.items()]
+        for topic in self.bus.topics.values():
+            rows.append(("topic", topic.name, f"{topic.type_name}, {topic.messages:,} messages"))
+        return table(("part", "name", ""), rows, repr(self))
 
     # -- the world ---------------------------------------------------------------------------------------------------
 

@@ -93,6 +93,14 @@ def _drawn(measures: Collection[str], consumed: Collection[str]) -> str:
     return depth if depth and not any(name in consumed for name in LIT) else "rgb"
 
 
+def picture_of(frame: Frame) -> np.ndarray | None:
+    """The picture of a single frame, (height, width, 3) uint8; None if it holds nothing that previews draw."""
+    channel = next((name for name in ("rgb", *DEPTHS) if frame.has(name)), "xyz")
+    if channel == "xyz" and not len(frame.xyz):
+        return None
+    return _Series(channel, Fraction(1)).picture(frame)
+
+
 @dataclass
 class _Series:
     """The pictures at one path, of one product or of several that follow each other."""

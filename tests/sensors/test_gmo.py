@@ -168,7 +168,7 @@ def test_fields_of_other_sensors_are_zero_and_empty():
 
 
 def test_unknown_fields_are_attribute_errors():
-    with pytest.raises(AttributeError, match="no field azimuth"):
+    with pytest.raises(AttributeError, match='GenericModelOutput has no "azimuth"'):
         _ = GenericModelOutput().azimuth
 
 

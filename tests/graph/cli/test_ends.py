@@ -69,7 +69,9 @@ def test_a_signal_while_the_command_is_still_being_imported_is_one_line(number):
 def test_the_run_says_what_it_wrote_and_where(tmp_path, file, capsys):
     out = tmp_path / "out"
     assert main(["run", str(file), "--updates", "30", "--out", str(out)]) == 0
-    assert f"wrote {out}/run.mcap (30 messages, 0.0 MB) and {out}/report.json" in capsys.readouterr().out
+    lines = capsys.readouterr().out.splitlines()
+    assert f"wrote {out}/run.mcap (30 messages, 0.0 MB) and {out}/report.json" in lines
+    assert lines[-1] == f"next: graph view {out}"
     assert main(["run", str(file), "--updates", "30", "--out", str(out), "--json"]) == 0
     said = capsys.readouterr()
     assert json.loads(said.out)["updates"] == 30

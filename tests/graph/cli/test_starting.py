@@ -1,5 +1,7 @@
 """What helps a new user to start: `graph new`, `graph sensors`, `graph completion`, wrong options."""
 
+import contextlib
+import io
 import json
 import subprocess
 
@@ -7,6 +9,7 @@ import numpy as np
 import pytest
 
 from graph.cli.examples import examples
+from graph.cli.main import main
 from graph.cli.new import KINDS
 from sensors import SUPPORTED_CAMERA_CONFIGS, SUPPORTED_LIDAR_CONFIGS, SUPPORTED_RADAR_CONFIGS
 from sensors.configs.summary import arc
@@ -159,3 +162,33 @@ def test_the_completion_script_is_read_by_bash_and_knows_commands_and_options(gr
     )
     assert done.stdout.split() == ["export", "explain"]
     assert "--fidelity" in script
+
+
+@pytest.mark.parametrize(
+    ("words", "completed"),
+    [
+        ("node IsaacReadSimulationT", ["IsaacReadSimulationTime", "IsaacReadSimulationTimeAnnotator"]),
+        ("sensors XT", ["XT32"]),
+        ("help lid", ["lidar"]),
+        ("run --fidelity lidar.mot", [f"lidar.motion={value}" for value in ("frozen", "update", "continuous")]),
+        ("trade --vary lidar.mot", ["lidar.motion=frozen,update,continuous"]),
+        ("new diff", ["diffdrive"]),
+    ],
+)
+def test_completion_knows_node_types_sensors_knobs_and_topics(completions, words, completed):
+    assert completions(words) == completed
+
+
+@pytest.fixture(scope="module")
+def completions():
+    """What bash completes for a command line."""
+    with contextlib.redirect_stdout(io.StringIO()) as script:
+        assert main(["completion", "bash"]) == 0
+
+    def complete(words):
+        line = f"COMP_WORDS=(graph {words}); COMP_CWORD={len(words.split())}; _shtab_graph; echo ${{COMPREPLY[@]}}"
+        text = f"{script.getvalue()}\n{line}\n"
+        done = subprocess.run(["bash"], input=text, capture_output=True, text=True, check=True)
+        return done.stdout.split()
+
+    return complete
