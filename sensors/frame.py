@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -83,9 +84,8 @@ class Frame(Suggesting):
         return f"<Frame {self.frame_id} of {sensor} at {self.timestamp_ns} ns: {held or 'no channels'}>"
 
     def _repr_html_(self) -> str:
-        from sensors.writers.showing import frame_html
-
-        return frame_html(self)
+        html: str = import_module("sensors.writers.showing").frame_html(self)
+        return html
 
     def has(self, name: str) -> bool:
         """Whether the frame holds this channel."""

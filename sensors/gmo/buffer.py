@@ -6,6 +6,7 @@ The properties of `GenericModelOutput` are guaranteed, but not byte compatibilit
 from __future__ import annotations
 
 import warnings
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -192,9 +193,8 @@ class GenericModelOutput(_ReadOnly):
         )
 
     def _repr_html_(self) -> str:
-        from sensors.writers.showing import model_output_html
-
-        return model_output_html(self)
+        html: str = import_module("sensors.writers.showing").model_output_html(self)
+        return html
 
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *ELEMENT_ARRAYS, "timeOffSetNs", *AUX_ARRAYS, *OTHER_ARRAYS]
