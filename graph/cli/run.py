@@ -158,7 +158,7 @@ def run(args: argparse.Namespace) -> int:
                 live = [connect(app, target) for target in targets]
                 for sink, target in zip(live, targets, strict=True):
                     tell(f"live {sink.name}: {sink.transport.place}{target.advice}")
-                started, compiled = time.perf_counter(), COMPILING.seconds
+                started, compiled, loops = time.perf_counter(), COMPILING.seconds, COMPILING.loops
                 if meter is not None:
                     cleanup.enter_context(meter.watching())
                     meter.follow(app)
@@ -216,6 +216,8 @@ def run(args: argparse.Namespace) -> int:
                 failures.append(error)
     if pictures is not None and pictures.files:
         lines.append(f"wrote {counted(len(pictures.files), 'pictures')} into {pictures.files[0].parent}")
+    if loops := COMPILING.loops - loops:
+        tell(f"compiled {counted(loops, 'loops')} in {compiled:.1f} s; later runs find them compiled")
     _print(args, report, lines)
     if output is not None and output.sink.messages and not args.json:
         say(f"next: {shlex.join(('graph', 'view', str(args.out)))}")
@@ -370,6 +372,12 @@ def _progress(updates: int, show: bool) -> Iterator[Any]:
     from rich.console import Console
     from rich.progress import Progress
 
-    with Progress(console=Console(stderr=True), transient=True) as bar:
+    from sensors.compiled.compile_time import COMPILING
+
+    def running() -> float:
+        """Time without compiling [s], so that it does not count in the remaining time."""
+        return time.perf_counter() - COMPILING.elapsed
+
+    with Progress(console=Console(stderr=True), transient=True, get_time=running) as bar:
         task = bar.add_task("updates", total=updates)
         yield lambda: bar.advance(task)

@@ -22,6 +22,11 @@ class CompileTime:
         self.seconds, self.loops = 0.0, 0
         self._depth, self._began, self._said = 0, 0.0, False
 
+    @property
+    def elapsed(self) -> float:
+        """`seconds`, with what has passed of the compilation that runs now."""
+        return self.seconds + (time.perf_counter() - self._began if self._depth else 0.0)
+
     def start(self) -> None:
         """A compilation begins."""
         self._depth += 1

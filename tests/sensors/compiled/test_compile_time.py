@@ -1,8 +1,13 @@
 """Time spent on compiling is counted once, however compilations nest, and said in one line."""
 
+import json
+import os
+import subprocess
+import sys
 import time
 
 from sensors.compiled.compile_time import CompileTime
+from tests.support.places import ROOT
 
 
 def test_nested_compilations_count_once_and_are_said_once(monkeypatch, capsys):
@@ -15,3 +20,53 @@ def test_nested_compilations_count_once_and_are_said_once(monkeypatch, capsys):
     assert (counted.seconds, counted.loops) == (5.0, 2)
     [line] = capsys.readouterr().err.splitlines()
     assert line.startswith("compiling the sensors' loops")
+
+
+def test_a_compilation_that_runs_counts_in_the_elapsed_time_already(monkeypatch):
+    """Started at 10 s, asked at 13 s, ended at 14 s, asked at 20 s."""
+    clock = iter([10.0, 13.0, 14.0])
+    monkeypatch.setattr(time, "perf_counter", lambda: next(clock))
+    counted = CompileTime()
+    counted.start()
+    assert (counted.elapsed, counted.seconds) == (3.0, 0.0)
+    counted.end()
+    assert counted.elapsed == counted.seconds == 4.0
+
+
+NODES = '''
+import numpy as np
+from graph.node import node_type
+from sensors.compiled import compiled
+
+
+@compiled
+def twice(values):
+    for at in range(len(values)):
+        values[at] *= 2
+
+
+@node_type("own.Twice", inputs={}, outputs={})
+def compute(db):
+    """Runs a loop."""
+    twice(np.ones(3))
+'''
+GRAPH = """
+tickgraph: 1
+graphs:
+  /G: {evaluator: push, nodes: {twice: own.Twice}}
+"""
+
+
+def test_the_first_run_on_a_machine_says_what_it_compiled_and_the_second_compiles_nothing(tmp_path):
+    (tmp_path / "nodes_of_mine.py").write_text(NODES)
+    (tmp_path / "g.yaml").write_text(GRAPH)
+    command = ["-m", "graph", "run", "g.yaml", "--nodes", "nodes_of_mine.py", "--updates", "2", "--json"]
+    env = {**os.environ, "TICKGRAPH_CACHE": str(tmp_path / "cache"), "PYTHONPATH": str(ROOT)}
+    runs = [
+        subprocess.run([sys.executable, *command], cwd=tmp_path, env=env, capture_output=True, text=True, check=True)
+        for _ in range(2)
+    ]
+    first, second = (json.loads(run.stdout)["timing_s"]["compile"] for run in runs)
+    assert first > 0 == second
+    assert "compiled 1 loop in " in runs[0].stderr
+    assert "compil" not in runs[1].stderr
