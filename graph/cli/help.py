@@ -7,13 +7,16 @@ import re
 import sys
 
 from graph.base.errors import UserError
-from graph.base.suggest import did_you_mean
+from graph.base.suggest import closest
 from graph.manual import ORDER, page, pages
 
 from .printing import print_table, say
 
 LINK = re.compile(r"\[([^\]]+)\]\(([\w-]+)\.md(?:#[\w-]+)?\)")
 """A link to another page of the manual."""
+ALIKE = 0.75
+"""How similar a topic must be to be suggested; else pages with the word are named."""
+IN_BRACKETS = re.compile(r"\(\[[^\]]+\]\(([\w-]+)\.md(?:#[\w-]+)?\)\)")
 COMMENT = re.compile(r"^<!--.*-->\n", re.MULTILINE)
 MOST_PAGES = 4
 """Pages that an error message names for an unknown topic."""
@@ -44,8 +47,9 @@ def _text(topic: str) -> str:
     if topic in COMMANDS:
         section = page("commands").section(f"graph {topic}") or f"`graph {topic}`: {COMMANDS[topic].help}.\n"
         return f"{section}\n`graph {topic} --help` prints its options, `graph help commands` all commands.\n"
-    advice = did_you_mean(topic, [*ORDER, *COMMANDS])
-    if not advice and (found := _mentioned(topic)):
+    near = closest(topic, [*ORDER, *COMMANDS], ALIKE)
+    advice = f'; did you mean "{near}"?' if near else ""
+    if not near and (found := _mentioned(topic)):
         advice = f"; the word stands on {', '.join(found)}: graph help {found[0]}"
     raise UserError(f'graph help: there is no page "{topic}"{advice or "; graph help lists the pages"}')
 
@@ -57,7 +61,8 @@ def _mentioned(word: str) -> list[str]:
 
 
 def _print(text: str) -> None:
-    text = LINK.sub(r"\1 (`graph help \2`)", COMMENT.sub("", text))
+    text = IN_BRACKETS.sub(r"(`graph help \1`)", COMMENT.sub("", text))
+    text = LINK.sub(r"\1 (`graph help \2`)", text)
     if not sys.stdout.isatty():
         print(text, end="")
         return

@@ -25,7 +25,8 @@ def test_into_a_pipe_a_page_is_markdown_with_commands_for_links(capsys):
     assert main(["help", "python"]) == 0
     out = capsys.readouterr().out
     assert out.startswith("# Python\n\n")
-    assert "lidar (`graph help lidar`)" in out
+    assert "the annotators of Replicator (`graph help lidar`)" in out  # the link is in brackets of its own
+    assert "nodes and tests (`graph help nodes-and-tests`)" in out
     assert "```python\nfrom graph.sim import App\n" in out
 
 
@@ -50,6 +51,7 @@ def test_a_command_that_is_no_topic_prints_its_section(capsys, name):
         ("lidr", 'there is no page "lidr"; did you mean "lidar"?'),
         ("Lidar", 'there is no page "Lidar"; did you mean "lidar"?'),
         ("acoustic", 'there is no page "acoustic"; the word stands on other-sensors'),
+        ("bodies", 'there is no page "bodies"; the word stands on '),
         ("zzzz", 'there is no page "zzzz"; graph help lists the pages'),
         ("../limits", 'there is no page "../limits"'),
     ],
