@@ -2,7 +2,8 @@
 
 A projector 20 cm to the right of a camera shows Gray codes, one bit an update; from the column of the projector that
 each pixel sees follows its depth, z = f b / (u - cx - f t): camera C of 500 px, baseline b, t the column's tangent.
-Prints what is recovered of a crate and of the wall behind it. Needs OpenEXR: pip install 'tickgraph[exr]'.
+Prints what is recovered of a crate and of the wall behind it. Needs the extra `exr`
+(`graph help live-and-recordings`).
 """
 
 from __future__ import annotations
