@@ -8,6 +8,7 @@ from typing import Any
 
 from graph.base.errors import RunError
 from graph.node import Attribute, Database, node_type
+from graph.sim.scene.mechanisms import mechanisms_of
 from graph.sim.scene.prim_paths import prim_at
 
 from .messages import TRANSFORMS
@@ -36,7 +37,7 @@ def _release(db: Database) -> None:
     inputs={
         **subscriber_inputs("tf"),
         "frameNamesMap": Attribute("token[]", "prim path, frame name, prim path, frame name, ...", default=[]),
-        "articulationRoots": Attribute("token[]", "robots whose root links follow", default=[]),
+        "articulationRoots": Attribute("token[]", "robots of the map, by any of their prims: their root links follow, and the rest with them", default=[]),
     },
     outputs={"execOut": EXEC_OUT},
     memory=_Follower,
@@ -78,7 +79,16 @@ def _frames(db: Database) -> dict[str, str]:
     for path in (*frames.values(), *inputs.articulationRoots):
         if not prim_at(stage, path):
             db.fail(f"there is no prim {path} on the stage; correct the path")
-    return frames
+    links = {path: _root_link(db, path) for path in inputs.articulationRoots}
+    return {frame: links.get(path, path) for frame, path in frames.items()}
+
+
+def _root_link(db: Database, path: str) -> str:
+    """The root link of the articulation of a prim. Fails the node if it has none."""
+    links = mechanisms_of(db.app.stage).carriers(path)
+    if not links:
+        db.fail(f"articulationRoots: {path} has no articulation; name a prim of a robot, or leave it out")
+    return next(iter(links))
 
 
 def _place(db: Database, path: str, parent: Any, transform: Any) -> None:

@@ -94,6 +94,28 @@ def test_a_stop_lets_go(props, world, says, play):
     assert seen == [False, True, False, [0, 0, 5]]
 
 
+@pytest.mark.parametrize("named", ["/Robot", "/Robot/hand", "/Robot/wrist"])
+def test_a_robot_is_moved_by_its_root_link_whatever_of_its_prims_names_it(named, props, world, says, play):
+    """The arm is the root link, the hand hangs on it 1 m ahead; (1, 2, 3) in the base's frame is (8, 1, 3)."""
+    from pxr import UsdGeom, UsdPhysics
+
+    UsdPhysics.ArticulationRootAPI.Apply(UsdGeom.Xform.Define(props, "/Robot").GetPrim())
+    for name, x in (("arm", 0), ("hand", 1)):
+        link = UsdGeom.Cube.Define(props, f"/Robot/{name}")
+        link.GetSizeAttr().Set(0.2)
+        link.AddTranslateOp().Set((x, 0, 20))
+        UsdPhysics.RigidBodyAPI.Apply(link.GetPrim())
+    joint = UsdPhysics.FixedJoint.Define(props, "/Robot/wrist")
+    joint.GetBody0Rel().SetTargets(["/Robot/arm"])
+    joint.GetBody1Rel().SetTargets(["/Robot/hand"])
+    joint.GetLocalPos0Attr().Set((1, 0, 0))
+    app = world()
+    play(app, (0, "/tf", TF, says(TF, transforms=[transform("base", "robot", (1, 2, 3), (0, 0, -HALF, HALF))])))
+    trace = follow(app, 3, frameNamesMap=["/Base", "base", named, "robot"], articulationRoots=[named])
+    assert (place(app, "/Robot/arm"), list(trace.warnings)) == (pytest.approx([8, 1, 3], abs=1e-3), [])
+    assert place(app, "/Robot/hand") == pytest.approx([9, 1, 3], abs=1e-3)
+
+
 def test_a_transform_without_rotation_is_left_out(props, world, says, play):
     app = world()
     play(app, (0, "/tf", TF, says(TF, transforms=[transform("base", "thing", (1, 2, 3), (0, 0, 0, 0))])))
@@ -110,6 +132,7 @@ def test_a_transform_without_rotation_is_left_out(props, world, says, play):
         ({"frameNamesMap": ["/Base", "a", "/Base", "b"]}, "frameNamesMap names /Base twice"),
         ({"frameNamesMap": ["/Gone", "a"]}, "there is no prim /Gone on the stage"),
         ({"articulationRoots": ["robot"]}, "there is no prim robot on the stage"),
+        ({"articulationRoots": ["/Thing"]}, "articulationRoots: /Thing has no articulation"),
     ],
 )
 def test_a_map_that_makes_no_sense_stops_the_run(props, world, inputs, message):

@@ -43,6 +43,16 @@ def test_the_rate_of_the_physics_scene_is_read_exactly(tmp_path):
     assert physics_scene_rate(open_stage()) is None
 
 
+def test_the_rate_of_an_inline_physics_scene_is_read(tmp_path):
+    from graph.session.open import open_session
+
+    for name in ("physxScene", "newton"):
+        prim = f'{{type: PhysicsScene, attributes: {{"{name}:timeStepsPerSecond": 240}}}}'
+        write(tmp_path / f"{name}.yaml", f"tickgraph: 1\nscene: {{prims: {{/Scene: {prim}}}}}\n")
+        with open_session(tmp_path / f"{name}.yaml").app as app:
+            assert app.simulation.get_physics_dt() == 1 / 240
+
+
 def test_what_is_authored_on_one_stage_reaches_neither_the_file_nor_another_stage(tmp_path):
     file = write(tmp_path / "a.usda", 'def Xform "W" {}\n')
     before = file.read_bytes()
