@@ -104,7 +104,7 @@ def _follow_prim(app: App, product: RenderProduct) -> None:
 
 def product_name(prim_path: str, resolution: tuple[int, int], word: str = "rtx_sensor") -> str:
     """The word, _ and eight hexadecimal digits that depend on the prim and the resolution alone."""
-    digest = hashlib.blake2b(f"{prim_path} {resolution}".encode(), digest_size=4)
+    digest = hashlib.blake2b(f"{prim_path} {resolution}".encode(errors="surrogatepass"), digest_size=4)
     return f"{word}_{digest.hexdigest()}"
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from graph.base import exact
 from graph.base.suggesting import Suggesting
+from graph.sim.scene.prim_paths import is_path
 
 from . import prim as on_prim
 from .errors import SensorValueError
@@ -287,7 +288,7 @@ def matching_paths(stage: Usd.Stage, path: Any) -> list[str]:
     from graph.sim.usd import Sdf
 
     path = _path_text(path)
-    if Sdf.Path.IsValidPathString(path) and Sdf.Path(path).IsAbsolutePath():
+    if is_path(path) and Sdf.Path(path).IsAbsolutePath():
         return [path]
     try:
         pattern = re.compile(path)

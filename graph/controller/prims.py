@@ -9,6 +9,7 @@ from typing import Any
 from graph.base.suggest import did_you_mean
 from graph.editing.errors import OmniGraphError
 from graph.editing.graph_set import GraphSet
+from graph.sim.scene.prim_paths import is_path
 from graph.values.coercion import coerce, shown
 from graph.values.types import TYPES
 
@@ -34,7 +35,7 @@ class PrimPlan:
         if self._app is None:
             raise OmniGraphError(f"prim {path} needs a stage; edit the graphs of an App")
         usd = import_module("graph.sim.usd")
-        if not usd.Sdf.Path.IsValidPathString(path) or not path.startswith("/"):
+        if not is_path(path) or not path.startswith("/"):
             raise OmniGraphError(f'"{path}" is not an absolute prim path')
         if path in self._entries or self._app.stage.GetPrimAtPath(path):
             raise OmniGraphError(f"prim {path} already exists")

@@ -8,6 +8,7 @@ from typing import Any
 
 from graph.node.declaration import Attribute, NodeType
 from graph.node.registry import Registry
+from graph.sim.scene.prim_paths import is_path
 from graph.spec.file_spec import NodeSpec
 from graph.values.coercion import coerce
 from graph.values.equality import same
@@ -180,7 +181,7 @@ def _is_target(path: Any) -> bool:
     """Whether USD keeps this text unchanged as the path of a prim."""
     from graph.sim.usd import Sdf
 
-    if not isinstance(path, str) or not path.startswith("/") or not Sdf.Path.IsValidPathString(path):
+    if not isinstance(path, str) or not path.startswith("/") or not is_path(path):
         return False
     return Sdf.Path(path).IsPrimPath() and str(Sdf.Path(path)) == path and not as_source(path)
 

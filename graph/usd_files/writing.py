@@ -11,6 +11,7 @@ from typing import Any
 from graph.base.errors import Problem, UserError
 from graph.files.document import simple
 from graph.node.registry import DEFAULT, Registry
+from graph.sim.scene.prim_paths import is_path
 from graph.spec.file_spec import FileSpec, GraphSpec
 
 from . import custom_data
@@ -76,7 +77,6 @@ def layer_of(
 
 
 def _refuse_clashes(spec: FileSpec) -> None:
-    from graph.sim.usd import Sdf
 
     owner: dict[str, str] = {}
     problems: list[Problem] = []
@@ -85,7 +85,7 @@ def _refuse_clashes(spec: FileSpec) -> None:
             (graph.path, f"graph {graph.path}", graph.mark),
             *((f"{graph.path}/{node.name}", f'node "{node.name}" of {graph.path}', node.mark) for node in graph.nodes),
         ):
-            if not Sdf.Path.IsValidPathString(path):
+            if not is_path(path):
                 problems.append(Problem(f"{what} cannot be a prim of USD; rename it", mark))
             elif path in owner:
                 problems.append(Problem(f"{what} and {owner[path]} would be one prim in USD; rename one", mark))
@@ -150,7 +150,7 @@ def _instances(layer: Any, graph: GraphSpec) -> None:
     from graph.sim.usd import Sdf
 
     for path, values in graph.instances.items():
-        if not Sdf.Path.IsValidPathString(path):
+        if not is_path(path):
             raise UserError(Problem(f"graph {graph.path}: {path} cannot be a prim of USD; rename it", graph.mark))
         prim = layer.GetPrimAtPath(path) or Sdf.CreatePrimInLayer(layer, path)
         prim.SetInfo("apiSchemas", Sdf.TokenListOp.Create(prependedItems=["OmniGraphAPI"]))

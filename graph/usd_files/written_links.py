@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 from graph.node.declaration import Attribute
 from graph.node.registry import Registry
+from graph.sim.scene.prim_paths import is_path
 from graph.spec.file_spec import ConnectionSpec, FileSpec, GraphSpec, NodeSpec
 from graph.values.types import Extended, Type
 
@@ -92,7 +93,7 @@ def _type_name(declared: Attribute | None) -> str:
 def _connect(layer: Any, source: _End, target: _End) -> bool:
     from graph.sim.usd import Sdf
 
-    if not (Sdf.Path.IsValidPathString(source.path) and Sdf.Path.IsValidPathString(target.path)):
+    if not (is_path(source.path) and is_path(target.path)):
         return False
     path = Sdf.Path(target.path)
     prop = layer.GetPropertyAtPath(path)

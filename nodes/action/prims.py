@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from graph.node import Attribute, Database, node_type
+from graph.sim.scene.prim_paths import is_path
 from nodes.data.stage_prims import find_prim, only_target
 
 EXEC_IN = Attribute("execution", "activates the node")
@@ -70,7 +71,7 @@ def add_prim_relationship(db: Database) -> None:
     inputs = db.inputs
     if not inputs.name:
         db.lack("input name is empty; give it the name of a relationship")
-    if not Sdf.Path.IsValidPathString(inputs.target) or not inputs.target.startswith("/"):
+    if not is_path(inputs.target) or not inputs.target.startswith("/"):
         db.fail(f'input target is "{inputs.target}", which is not an absolute path')
     prim = find_prim(db, inputs.path)
     db.outputs.isSuccessful = prim is not None

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from graph.node import Attribute, Database, KnownTypes, node_type
+from graph.sim.scene.prim_paths import is_path
 from graph.values.types import TYPES
 
 from .like_inputs import same_type
@@ -21,7 +22,7 @@ def _each(db: Database, value: Any, function: Callable[[Any], Any]) -> Any:
     from graph.sim.usd import Sdf
 
     def of(text: str) -> str:
-        if not Sdf.Path.IsValidPathString(text) or not text.startswith("/"):
+        if not is_path(text) or not text.startswith("/"):
             db.fail(f'"{text}" is not an absolute path; begin it with /')
         return str(function(Sdf.Path(text)))
 
@@ -52,10 +53,9 @@ def get_parent_path(db: Database) -> None:
 )
 def append_path(db: Database) -> None:
     """Append a relative path to a path; an empty one leaves it unchanged."""
-    from graph.sim.usd import Sdf
 
     suffix = db.inputs.suffix
-    if suffix and (not Sdf.Path.IsValidPathString(suffix) or suffix.startswith("/")):
+    if suffix and (not is_path(suffix) or suffix.startswith("/")):
         db.fail(f'input suffix is "{suffix}"; give it a path that does not begin with /, such as Cube')
     db.outputs.path = _each(db, db.inputs.path, lambda path: path.AppendPath(suffix) if suffix else path)
 
@@ -117,7 +117,6 @@ def append_targets(db: Database) -> None:
 )
 def append_target_paths(db: Database) -> None:
     """Append relative paths to the paths of prims."""
-    from graph.sim.usd import Sdf
 
     rows = [db.inputs.rootTargets or ["/"], *db.dynamic_inputs("input")]
     lists = [[row] if isinstance(row, str) else list(row) for row in rows]
@@ -129,7 +128,7 @@ def append_target_paths(db: Database) -> None:
         )
     [length] = lengths or {1}
     for suffix in itertools.chain.from_iterable(lists[1:]):
-        if not Sdf.Path.IsValidPathString(suffix) or suffix.startswith("/"):
+        if not is_path(suffix) or suffix.startswith("/"):
             db.fail(f'"{suffix}" is not a relative path; give it one such as Cube')
     stretched = [one * length if len(one) == 1 else one for one in lists]
     db.outputs.targets = ["/".join([row[0].rstrip("/"), *row[1:]]) for row in zip(*stretched, strict=True)]

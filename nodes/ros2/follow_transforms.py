@@ -37,7 +37,9 @@ def _release(db: Database) -> None:
     inputs={
         **subscriber_inputs("tf"),
         "frameNamesMap": Attribute("token[]", "prim path, frame name, prim path, frame name, ...", default=[]),
-        "articulationRoots": Attribute("token[]", "robots of the map, by any of their prims: their root links follow, and the rest with them", default=[]),
+        "articulationRoots": Attribute(
+            "token[]", "robots of the map, by any of their prims: their root links follow", default=[]
+        ),
     },
     outputs={"execOut": EXEC_OUT},
     memory=_Follower,

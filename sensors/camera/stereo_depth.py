@@ -73,8 +73,6 @@ def read_stereo(stage: Any, product: str, camera: str) -> StereoDepth:
 
     Raises SensorValueError for a number that is not finite or too small.
     """
-    from sensors.configs.cameras import template_path
-
     found: dict[str, Any] = {}
     for path in (camera, template_path(camera), product):
         prim = stage.GetPrimAtPath(path)
@@ -83,6 +81,11 @@ def read_stereo(stage: Any, product: str, camera: str) -> StereoDepth:
             if attribute and attribute.HasAuthoredValue():
                 found[field] = checked(f"{path}.{PREFIX}{name}", field, attribute.Get())
     return StereoDepth(**found)
+
+
+def template_path(camera: str) -> str:
+    """Where the settings of the render product of a depth camera are kept beside it."""
+    return f"{camera}_render_product"
 
 
 def checked(where: str, field: str, value: Any) -> float | bool:

@@ -16,7 +16,7 @@ from graph.base.errors import UserError
 from graph.base.suggest import did_you_mean
 from sensors.camera.lens_models import opencv_lens
 from sensors.camera.names import LENS, PRIM_TYPE
-from sensors.camera.stereo_depth import NAMES, PREFIX, StereoDepth
+from sensors.camera.stereo_depth import NAMES, PREFIX, StereoDepth, template_path
 
 from .spelling import short_name, spellings
 
@@ -286,8 +286,3 @@ def _author_template(prim: Usd.Prim, imager: Imager) -> None:
     product.CreateResolutionAttr().Set(Gf.Vec2i(*imager.resolution))
     for name, value in values.items():
         write(product.GetPrim(), name, str(Sdf.ValueTypeNames.Float), value)
-
-
-def template_path(camera: str) -> str:
-    """Where the settings of the render product of a depth camera are kept beside it."""
-    return f"{camera}_render_product"

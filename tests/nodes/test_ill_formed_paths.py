@@ -4,10 +4,12 @@ import json
 
 import pytest
 
+from graph import ComputeError
 from graph.files import loads
 from graph.node import registry
 from graph.plan import compile_graphs
 from graph.session.runner import GraphRunner
+from graph.testing import run_node
 from graph.values.types import Extended
 
 NO_PATH = "/Wo-rld/x y"
@@ -19,6 +21,12 @@ ALSO = {
     "input0": {"type": "token", "value": "a"},
 }
 """What some of the types do not come to their paths without."""
+HALVES = {
+    "IsaacCreateRenderProduct": "cameraPrim",
+    "GetParentPrims": "prims",
+    "IsaacArticulationController": "robotPath",
+}
+"""Types that read paths in three ways: rendered, as texts, on the stage."""
 
 
 def path_inputs(node_type):
@@ -56,3 +64,14 @@ def test_an_invalid_path_prints_nothing_of_usds_own(world, capfd, node_type):
     app.play()
     app.update(steps=2)
     assert capfd.readouterr().err == ""
+
+
+@pytest.mark.parametrize("node_type", [one for one in TYPES if one.short_name in HALVES], ids=lambda one: one.id)
+def test_half_a_surrogate_pair_is_no_path(world, node_type):
+    """A file cannot hold one; a script can hand it over."""
+    name = HALVES[node_type.short_name]
+    half = "/World/half\ud800"
+    inputs = {name: [half] if node_type.inputs[name].type == "target" else half}
+    triggers = {name: [0] for name, one in node_type.inputs.items() if one.type == "execution"}
+    with pytest.raises(ComputeError, match=r"no prim /World/half|not an absolute path|/World/half\S* is not a robot"):
+        run_node(node_type.id, inputs=inputs, pulses=triggers, updates=1, app=world())

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 from graph.base.errors import RunError, UserError
+from graph.sim.scene.prim_paths import is_path
 from graph.sim.state.playing_world import WhenPlaying
 
 if TYPE_CHECKING:
@@ -76,10 +77,9 @@ def remove_prims(stage: Any, paths: Sequence[str]) -> None:
 
     A prim from the scene's own file is made inactive instead, so the file stays unchanged.
     """
-    from graph.sim.usd import Sdf
 
     for path in paths:
-        valid = Sdf.Path.IsValidPathString(path) and path.startswith("/") and path != "/"
+        valid = is_path(path) and path.startswith("/") and path != "/"
         if not valid or not stage.GetPrimAtPath(path):
             raise UserError(f"{path}: no such prim on the stage")
     for path in paths:

@@ -15,6 +15,7 @@ from graph.base import exact
 from graph.base.errors import RunError
 from graph.base.suggesting import Suggesting
 from graph.sim import entered
+from graph.sim.scene.prim_paths import is_path
 from graph.sim.scene.scene_attributes import (
     EARTH_GRAVITY,
     RATE_ATTRIBUTES,
@@ -275,7 +276,7 @@ class PhysicsScene(Suggesting):
 def _scene_at(setup: Setup, path: str) -> Any:
     from graph.sim.usd import Sdf, UsdPhysics
 
-    if not (Sdf.Path.IsValidPathString(path) and Sdf.Path(path).IsAbsolutePath() and Sdf.Path(path).IsPrimPath()):
+    if not (is_path(path) and Sdf.Path(path).IsAbsolutePath() and Sdf.Path(path).IsPrimPath()):
         raise ValueError(f"{path!r} is not a prim path; give one such as {DEFAULT_PATH}")
     prim = setup.stage.GetPrimAtPath(path)
     if prim:

@@ -49,6 +49,8 @@ class Document:
     left_out: list[tuple[Mark, str]] = field(default_factory=list)
     """What of a URDF is not read."""
     is_urdf: bool = False
+    speeds: dict[str, float] = field(default_factory=dict)
+    """Of a URDF: the largest speed of joints by their names [rad/s or m/s]."""
 
     def mark(self, line: int) -> Mark | None:
         """The place in a file of line `line` (from 1) of one of the texts."""
@@ -66,6 +68,7 @@ def read_model(file: Path, roots: Sequence[Path], *, is_urdf: bool = False) -> D
     document = Document(file, is_urdf=is_urdf, left_out=reader.left_out)
     document.text = reader.model(file, ())[0]
     document.assets, document.models, document.marks = reader.assets, reader.models, reader.marks
+    document.speeds = reader.speeds
     if reader.problems:
         raise UserError(reader.problems)
     return document
@@ -92,6 +95,7 @@ class _Reader:
     def __init__(self, file: Path, roots: list[Path], is_urdf: bool) -> None:
         self.file, self.roots, self.urdf = file, roots, is_urdf
         self.left_out: list[tuple[Mark, str]] = []
+        self.speeds: dict[str, float] = {}
         self.problems: list[Problem] = []
         self.assets: dict[str, bytes] = {}
         self.models: dict[str, bytes] = {}
@@ -108,6 +112,7 @@ class _Reader:
             problems, left_out = urdf.prepare(root)
             self.problems += problems
             self.left_out += left_out
+            self.speeds = urdf.speed_limits(root)
         else:
             self._include(root, file.parent, file.parent, {file.resolve()})
         folders = _folders(root, file.parent)

@@ -37,7 +37,7 @@ class MjcfScene:
         from .mirror import mirror
 
         register_schemas()
-        self.file = document.file
+        self.file, self.speeds = document.file, document.speeds
         self.spec, self.model = load(document, warn)
         self.key = None if keyframe is None else keyframe_number(self.model, keyframe, document.file)
         self.paths: Paths = prim_paths(self.model)
@@ -205,7 +205,8 @@ class MjcfScene:
                 kind = kinds[int(model.jnt_type[number])]
                 frames = joint_frames(model, number)
                 name = model.joint(number).name
-                out.append(Joint(paths.joints[number], kind, ends, frames, 0, low, high, name=name))
+                speed = self.speeds.get(name, np.inf)
+                out.append(Joint(paths.joints[number], kind, ends, frames, 0, low, high, max_speed=speed, name=name))
         return tuple(out)
 
     def overridden(self, prims: Mapping[str, Mapping[str, Any]], warn: Warn) -> None:

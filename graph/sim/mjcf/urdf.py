@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from graph.base import asset_roots
-from graph.base.errors import Mark, Problem
+from graph.base.errors import Mark, Problem, UserError
 
 from .source import Element
 
@@ -58,6 +59,21 @@ def prepare(robot: Element) -> tuple[list[Problem], list[tuple[Mark, str]]]:
     robot.children = [child for child in robot.children if child.tag != "mujoco"]
     robot.children.insert(0, Element("mujoco", {}, robot.mark, [compiler, *settings]))
     return problems, left_out
+
+
+def speed_limits(robot: Element) -> dict[str, float]:
+    """The largest speed of each joint [rad/s or m/s] by its name, which MuJoCo does not read; 0 means none."""
+    found: dict[str, float] = {}
+    for joint in robot.children:
+        for limit in joint.children if joint.tag == "joint" else ():
+            if limit.tag == "limit" and limit.get("velocity"):
+                try:
+                    most = float(limit.get("velocity") or 0)
+                except ValueError:  # MuJoCo reports numbers that it reads; this one it does not
+                    raise UserError([Problem("limit velocity is not a number", limit.mark)]) from None
+                if 0 < most < math.inf:
+                    found[joint.get("name") or ""] = most
+    return found
 
 
 def mesh_file(address: str, urdf: Path, folder: Path, roots: list[Path]) -> Path:

@@ -10,6 +10,7 @@ from types import MappingProxyType
 from typing import Any
 
 from graph.base.suggest import closest, did_you_mean
+from graph.sim.scene.prim_paths import is_path
 from graph.sim.usd import Gf, Sdf, Tf, Usd
 
 from . import unregistered
@@ -192,7 +193,7 @@ def _defined(prim: Any, name: str) -> Any:
 
 
 def _path(text: Any) -> Any:
-    if not isinstance(text, str) or not Sdf.Path.IsValidPathString(text) or not Sdf.Path(text).IsAbsolutePath():
+    if not isinstance(text, str) or not is_path(text) or not Sdf.Path(text).IsAbsolutePath():
         raise ValueError(f"{text!r} is not the path of a prim, such as /World/Box")
     return Sdf.Path(text)
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from graph.base.suggest import did_you_mean
 from graph.sim.geometry.solids import SOLIDS
+from graph.sim.scene.prim_paths import is_path
 from graph.sim.usd import Sdf, Tf, Usd, UsdGeom, UsdPhysics
 
 from . import nonvisual, prim_attributes
@@ -346,7 +347,7 @@ def _exclude(context: PrimContext, path: str, value: Any) -> None:
     context.require_sensor(prim, "exclude what they never hit")
     targets = [value] if isinstance(value, str) else list(value)
     for target in targets:
-        valid = isinstance(target, str) and Sdf.Path.IsValidPathString(target) and target.startswith("/")
+        valid = isinstance(target, str) and is_path(target) and target.startswith("/")
         if not valid or not context.stage.GetPrimAtPath(target):
             known = [str(each.GetPath()) for each in context.stage.Traverse()]
             raise ValueError(f"there is no prim {target!r}{did_you_mean(str(target), known)}")

@@ -20,11 +20,17 @@ def is_prim_path(path: str) -> bool:
     """Whether a text could be the absolute path of a prim."""
     from graph.sim.usd import Sdf
 
+    return path.startswith("/") and is_path(path) and Sdf.Path(path).IsAbsoluteRootOrPrimPath()
+
+
+def is_path(text: str) -> bool:
+    """Whether a text is a path of USD, of a prim or a property, absolute or relative."""
+    from graph.sim.usd import Sdf
+
     try:
-        valid = path.startswith("/") and bool(Sdf.Path.IsValidPathString(path))
+        return bool(Sdf.Path.IsValidPathString(text))
     except UnicodeEncodeError:  # half a surrogate pair, which UTF-8 does not have
         return False
-    return valid and Sdf.Path(path).IsAbsoluteRootOrPrimPath()
 
 
 def prim_at(stage: Usd.Stage, path: str) -> Usd.Prim:

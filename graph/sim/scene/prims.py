@@ -12,6 +12,7 @@ from typing import Any
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.limits import check
 from graph.base.suggest import did_you_mean
+from graph.sim.scene.prim_paths import is_path
 
 from .prim_attributes import ending_alike
 from .prim_keys import FINAL, KEYS, PrimContext, SensorConfig, SensorPrims
@@ -118,7 +119,7 @@ def _attempt(where: Where, path: str, key: str, action: Callable[[], None]) -> l
 def _path_problem(path: str) -> str | None:
     from graph.sim.usd import Sdf
 
-    if not isinstance(path, str) or not Sdf.Path.IsValidPathString(path):
+    if not isinstance(path, str) or not is_path(path):
         return f"{path!r} is not the path of a prim; write it as /World/Box (letters, digits and _)"
     sdf = Sdf.Path(path)
     if not sdf.IsAbsolutePath() or not sdf.IsPrimPath():

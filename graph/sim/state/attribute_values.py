@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Protocol
 
+from graph.sim.scene.prim_paths import is_path
+
 
 class Live(Protocol):
     """An attribute that physics owns: reads its present value at a path (None: not there) and writes it."""
@@ -57,9 +59,8 @@ class AttributeValues:
 
     def prim(self, path: str) -> Any:
         """The stage's prim; None for an invalid path, an invalid prim (falsy) for a missing one."""
-        from graph.sim.usd import Sdf
 
-        valid = path.startswith("/") and path != "/" and Sdf.Path.IsValidPathString(path)
+        valid = path.startswith("/") and path != "/" and is_path(path)
         return self._stage.GetPrimAtPath(path) if valid else None
 
     def change_stamp(self, path: str, attribute: str) -> int:

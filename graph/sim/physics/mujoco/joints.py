@@ -24,12 +24,15 @@ class Joints:
     def __init__(self, engine: MujocoEngine) -> None:
         self._engine = engine
         self._coordinate, self._dof, self._actuator = np.full((3, len(engine.joints)), -1, dtype=np.intp)
+        self._strongest = np.full(len(engine.joints), np.inf)
         actuators = {joint.path: number for number, joint in enumerate(engine.drives.joints)}
         for row, joint in enumerate(engine.joints):
             if joint.kind in ("revolute", "prismatic"):
                 handle = engine.model.joint(joint.model_name)
                 self._coordinate[row], self._dof[row] = int(handle.qposadr[0]), int(handle.dofadr[0])
                 self._actuator[row] = actuators.get(joint.path, -1)
+                if engine.model.jnt_actfrclimited[handle.id]:
+                    self._strongest[row] = np.abs(engine.model.jnt_actfrcrange[handle.id]).max()
 
     def positions(self, rows: Rows) -> Floats:
         """(n,) [rad or m]."""
@@ -67,7 +70,10 @@ class Joints:
     def set_targets(
         self, rows: Rows, positions: Floats | None, velocities: Floats | None, efforts: Floats | None
     ) -> None:
-        """Gives targets to drives and servos, efforts to motors; the rest of the efforts acts directly."""
+        """Gives targets to drives and servos, efforts to motors; the rest of the efforts acts directly.
+
+        No effort exceeds what the model allows the joint.
+        """
         drives, data = self._engine.drives, self._engine.data
         for column, values in enumerate((positions, velocities)):
             if values is not None:
@@ -77,7 +83,8 @@ class Joints:
             efforts = self._command_motors(rows, positions, velocities, efforts)
         if efforts is not None:
             wanted = ~np.isnan(efforts)
-            data.qfrc_applied[self._dof[rows[wanted]]] = efforts[wanted]
+            most = self._strongest[rows[wanted]]
+            data.qfrc_applied[self._dof[rows[wanted]]] = np.clip(efforts[wanted], -most, most)
         drives.apply(data)
 
     def _command_motors(

@@ -83,6 +83,45 @@ def test_links_joints_and_limits_are_the_urdfs(robot):
         assert masses["/World/finger"] == pytest.approx(0.5)
 
 
+LIMITED = f"""<robot name="spinner">
+  <link name="base">{INERTIAL.format(5)}</link>
+  <link name="arm">{INERTIAL.format(1)}</link>
+  <joint name="yaw" type="continuous">
+    <parent link="base"/><child link="arm"/><axis xyz="0 0 1"/><limit effort="0.6" velocity="3"/>
+  </joint>
+</robot>
+"""
+
+
+def test_efforts_and_speeds_stay_within_the_limits_of_the_joint(robot):
+    """10 N m are cut to 0.6: 0.6 / 0.15 = 4 rad/s2, so 2 rad/s after 0.5 s, and 3 rad/s from 0.75 s on."""
+    with App.from_file(robot(text=LIMITED)) as app:
+        app.play()
+        arm = app.physics.articulation("/World/base")
+        arm.set_targets(efforts=[10.0])
+        app.update(30)
+        assert arm.velocities == pytest.approx([2.0], abs=4 / 60)
+        assert arm.efforts == pytest.approx([0.6])
+        app.update(30)
+        assert arm.velocities == pytest.approx([3.0])
+
+
+def test_a_position_command_to_a_joint_of_a_urdf_is_warned_of(robot):
+    with App.from_file(robot(text=LIMITED)) as app:
+        inputs = {"robotPath": "/World/base", "positionCommand": [1.0]}
+        trace = run_node("IsaacArticulationController", inputs=inputs, pulses={"execIn": [0]}, updates=2, app=app)
+    [warning] = trace.warnings
+    assert (warning.code, warning.message.split(":")[0]) == (
+        "joint-without-drive",
+        "yaw of /World/base do not follow positions",
+    )
+
+
+def test_a_speed_limit_that_is_no_number_is_refused(robot):
+    with pytest.raises(UserError, match=r"robot.urdf:5:\d+: limit velocity is not a number"):
+        App.from_file(robot(text=LIMITED.replace('velocity="3"', 'velocity="fast"')))
+
+
 def test_a_joint_that_mimics_follows(robot):
     # slide = 0.1 + 0.5 hip: the hip is put at 0.4 rad and held there by an effort of 0 against its friction.
     with App.from_file(robot()) as app:
