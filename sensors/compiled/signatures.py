@@ -72,7 +72,7 @@ def type_of(text: Text) -> Any:
     element = numba().from_dtype(_named(name)) if "." in name else getattr(types, name)
     ways = axes.rstrip("]").split(", ")
     layout = "C" if ways[-1] == "::1" else "F" if ways[0] == "::1" else "A"
-    return types.Array(element, len(ways), layout, aligned="." not in name)
+    return types.Array(element, len(ways), layout, aligned=getattr(element, "aligned", True))
 
 
 def _named(path: str) -> Any:

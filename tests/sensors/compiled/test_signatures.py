@@ -3,14 +3,17 @@
 import json
 import os
 import pkgutil
+import re
 import subprocess
 import sys
 from importlib import import_module
 
+import numpy as np
 import pytest
 
 import sensors
 from sensors.compiled.functions import Compiled
+from sensors.compiled.kept import numba
 from sensors.compiled.signatures import LIST, listed, text_of, type_of
 from tests.sensors.compiled.listing import COMMAND
 from tests.support.places import ROOT
@@ -43,6 +46,14 @@ def test_no_example_compiles_what_is_not_listed():
 def test_a_type_is_the_one_that_its_text_says(name):
     for form in WRITTEN[name]:
         assert [text_of(type_of(text)) for text in form] == form
+
+
+@pytest.mark.parametrize("name", sorted(set(re.findall(r'"(sensors\.[\w.]+)\[::1\]"', LIST.read_text()))))
+def test_an_array_of_records_has_the_type_that_a_call_gives_it(name):
+    """Aligned or packed, as the dtype is: code for the other kind is never found."""
+    module, _, dtype = name.rpartition(".")
+    records = np.empty(1, getattr(import_module(module), dtype))
+    assert str(type_of(f"{name}[::1]")) == str(numba().typeof(records))
 
 
 def test_what_is_compiled_ahead_is_what_a_call_asks_for(tmp_path):
