@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from importlib import import_module
 from typing import Any
 
 from graph.base.suggest import did_you_mean
@@ -38,9 +39,9 @@ def _debug_draw(**options: Any) -> Writer:
 
 
 def _basic(**options: Any) -> Writer:
-    from .basic import BasicWriter
-
-    return BasicWriter(**options)
+    # By name: it reads annotators, which know the sensor types, which know this registry.
+    writer: Writer = import_module("sensors.writers.basic").BasicWriter(**options)
+    return writer
 
 
 DEBUG_DRAW = "RtxSensorDebugDrawPointCloud"
