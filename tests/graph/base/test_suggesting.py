@@ -83,7 +83,7 @@ def test_the_parts_of_an_app_say_what_was_meant(app, read, meant):
     [
         (lambda app: app.on("render", {}), "app.on(phase, callback) takes a function to call, but a dict is given"),
         (
-            lambda app: on_frame("/P", "draw", app=app),
+            lambda app: on_frame("/P", "draw", app=app),  # type: ignore[arg-type]
             "on_frame(product, callback) takes a function to call",
         ),
         (lambda app: app.settings.subscribe("/a", []), "settings.subscribe(path, callback) takes a function to call"),
