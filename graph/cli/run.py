@@ -111,6 +111,7 @@ def run(args: argparse.Namespace) -> int:
     from graph.sim.transports.targets import connect, read_targets
     from graph.trade.meter import Meter, MeteredSink
     from sensors.compiled.compile_time import COMPILING
+    from sensors.compiled.kept import why_not_kept
     from sensors.writers.preview import Previews
 
     from .explain_clocks import MOST_PLANNED_UPDATES, plan_updates
@@ -217,7 +218,9 @@ def run(args: argparse.Namespace) -> int:
     if pictures is not None and pictures.files:
         lines.append(f"wrote {counted(len(pictures.files), 'pictures')} into {pictures.files[0].parent}")
     if loops := COMPILING.loops - loops:
-        tell(f"compiled {counted(loops, 'loops')} in {compiled:.1f} s; later runs find them compiled")
+        reason = why_not_kept()
+        later = f"each run compiles again: {reason}; set TICKGRAPH_CACHE to a folder of your own" if reason else ""
+        tell(f"compiled {counted(loops, 'loops')} in {compiled:.1f} s; {later or 'later runs find them compiled'}")
     _print(args, report, lines)
     if output is not None and output.sink.messages and not args.json:
         say(f"next: {shlex.join(('graph', 'view', str(args.out)))}")

@@ -70,3 +70,14 @@ def test_the_first_run_on_a_machine_says_what_it_compiled_and_the_second_compile
     assert first > 0 == second
     assert "compiled 1 loop in " in runs[0].stderr
     assert "compil" not in runs[1].stderr
+
+
+def test_where_loops_cannot_be_kept_the_run_says_why_and_what_to_do(tmp_path):
+    (tmp_path / "nodes_of_mine.py").write_text(NODES)
+    (tmp_path / "g.yaml").write_text(GRAPH)
+    (tmp_path / "file").write_text("")
+    command = ["-m", "graph", "run", "g.yaml", "--nodes", "nodes_of_mine.py", "--updates", "2"]
+    env = {**os.environ, "TICKGRAPH_CACHE": str(tmp_path / "file"), "PYTHONPATH": str(ROOT)}
+    run = subprocess.run([sys.executable, *command], cwd=tmp_path, env=env, capture_output=True, text=True, check=True)
+    place = tmp_path / "file" / "kernels"
+    assert f"each run compiles again: {place}: Not a directory; set TICKGRAPH_CACHE to a folder of" in run.stderr
