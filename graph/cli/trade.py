@@ -67,7 +67,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="KEY=V",
         help="a knob or attribute of the setting that is taken as exact (default: of each that is varied the finest "
-        "value: of an attribute the first, of a rate the highest)",
+        "value; of physics.integrator the one that refining changes least; of an attribute the first, of a rate the "
+        "highest)",
     )
     parser.add_argument(
         "--budget", action="append", default=[], metavar="METRIC=VALUE", help="a bound that the answer has to keep"
@@ -97,12 +98,17 @@ def run(args: argparse.Namespace) -> int:
     from graph.trade.workers import Pool
 
     study = _study(args)
-    with (
-        between_updates() as received,
-        _progress(not args.json and sys.stderr.isatty()) as progress,
-        Pool(study.scene, interrupted=lambda: bool(received)) as pool,
-    ):
-        outcome = conduct(study, pool, progress)
+    with between_updates() as received:  # a signal ends the measuring; what was measured is written all the same
+        with (
+            _progress(not args.json and sys.stderr.isatty()) as progress,
+            Pool(study.scene, interrupted=lambda: bool(received)) as pool,
+        ):
+            outcome = conduct(study, pool, progress)
+        return _answer(args, outcome)
+
+
+def _answer(args: argparse.Namespace, outcome: Outcome) -> int:
+    """Prints and writes what was measured; returns the exit code."""
     best = outcome.recommended if outcome.complete else None
     if args.json:
         from graph.trade.outputs import as_dict
@@ -122,7 +128,7 @@ def run(args: argparse.Namespace) -> int:
     if not outcome.complete:
         tell("interrupted; this is what was measured by then")
         return EXIT_INTERRUPTED
-    return NONE_KEEPS_THE_BUDGET if study.budget and best is None else 0
+    return NONE_KEEPS_THE_BUDGET if outcome.study.budget and best is None else 0
 
 
 # -- what is asked -----------------------------------------------------------------------------------------------------
@@ -131,7 +137,7 @@ def run(args: argparse.Namespace) -> int:
 def _study(args: argparse.Namespace) -> Study:
     """The study of the command line. Raises UserError with everything that is wrong with it."""
     from graph.sim.fidelity import KNOBS
-    from graph.trade.study import Study, finest, overrides_of, plan_settings, read_values, read_varied
+    from graph.trade.study import Study, overrides_of, plan_settings, read_values, read_varied, references
     from graph.trade.writing import check_writable
 
     problems: list[Problem] = []
@@ -164,9 +170,19 @@ def _study(args: argparse.Namespace) -> Study:
         _collected(problems, lambda: check_writable(args.file))
     if problems or scene is None or length is None:
         raise UserError(problems)
-    reference = {name: finest(name, values) for name, values in varied.items()} | given
+    reference, *alternatives = references(varied, given)
     settings = plan_settings(varied, {name: reference[name] for name in varied} if args.one_at_a_time else None)
-    return Study(scene, varied, settings, reference, budget, duration=length, repeat=args.repeat)
+    return Study(
+        scene,
+        varied,
+        settings,
+        reference,
+        budget,
+        duration=length,
+        repeat=args.repeat,
+        others=tuple(alternatives),
+        one_at_a_time=args.one_at_a_time,
+    )
 
 
 def _collected(problems: list[Problem], ask: Callable[[], Answer]) -> Answer | None:
@@ -314,11 +330,14 @@ def _print_settings(outcome: Outcome) -> None:
     from rich.text import Text
 
     from graph.sim.fidelity import KNOBS
-    from graph.trade.study import label, word
-    from graph.trade.verdict import PAYS, UNRESOLVED, marked
+    from graph.trade.study import label
+    from graph.trade.verdict import PAYS, UNRESOLVED, marked, values_in
 
     console = Console(width=None if sys.stdout.isatty() else 140)
-    knobs = {name: max(map(len, [label(name), *map(word, values)])) for name, values in outcome.study.varied.items()}
+    knobs = {
+        name: max(len(text) for text in (label(name), *(values_in(row, name) for row in outcome.rows)))
+        for name in outcome.knobs
+    }
     attributes = any(name not in KNOBS for name in knobs)  # they change how often sensors tick
     if attributes:
         knobs["frames/s"] = len("frames/s")
@@ -326,7 +345,7 @@ def _print_settings(outcome: Outcome) -> None:
     most = min(MOST_COLUMNS, room // COLUMN_WIDTH)
     names = outcome.shown[: max(1, most, len(outcome.study.budget))]
     table = Table(box=None, pad_edge=False, header_style="bold")
-    for name in outcome.study.varied:
+    for name in outcome.knobs:
         table.add_column(label(name), no_wrap=True)
     for name in (*(["frames/s"] if attributes else []), "cpu s/s", "wall s/s"):
         table.add_column(name, justify="right", no_wrap=True)
@@ -335,7 +354,7 @@ def _print_settings(outcome: Outcome) -> None:
     best = outcome.recommended
     for row in outcome.rows:
         cost, spread = row.cost, row.spread
-        cells = [word(row.setting[name]) for name in outcome.study.varied]
+        cells = [values_in(row, name) for name in outcome.knobs]
         if attributes:
             cells.append("" if row.frames is None else f"{row.frames:.4g}")
         if cost is None:

@@ -1,4 +1,4 @@
-"""Conducts a study: the reference and its check, then every setting once for its errors, then the timed rounds.
+"""Conducts a study: the reference and its check, then every run once for its errors, then the timed rounds.
 
 Runs for errors are repeatable to the byte, so each is made once, several at a time. Timed runs are made one at a time,
 in rounds (A B C, A B C), so that what else the machine does meets all settings alike.
@@ -9,18 +9,19 @@ from __future__ import annotations
 import math
 import tempfile
 from collections.abc import Callable
-from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
-from graph.base.errors import Problem, RunError, UserError
+from graph.base.errors import Problem, UserError
 from graph.sim.fidelity import KNOBS
 
 from .errors import Errors
-from .jobs import Clock, Compare, Judge, Keep, Present
+from .jobs import Clock, Present
 from .metrics import COSTS, METRICS
-from .outcome import CRASHED, OK, REFUSED, Outcome, Row
-from .study import Study, refined, text_of
+from .outcome import OK, UNFINISHED, Outcome, Row
+from .reference import Found, find_reference
+from .rows import measure_rows, status_of
+from .study import Study, text_of
 from .trial import Measured
 from .workers import Crashed, Pool
 
@@ -40,11 +41,11 @@ def conduct(study: Study, pool: Pool, progress: Progress) -> Outcome:
     reference, for knobs that nothing reads and for a budget of metrics that the scene does not give, RunError if the
     reference fails, KeyboardInterrupt if it was interrupted before there was anything to compare with.
     """
-    study = replace(study, refined=refined(study.reference, pool.one(Present())))
-    total = 1 + (study.refined is not None) + len(study.settings) * (1 + study.repeat)
+    present = pool.one(Present())
+    total = 2 * (1 + len(study.others)) + len(study.settings) * (1 + study.repeat)
     done = 0
 
-    def count(runs: int = 1) -> None:
+    def count(runs: int) -> None:
         nonlocal done
         done += runs
         progress(done, total)
@@ -52,42 +53,34 @@ def conduct(study: Study, pool: Pool, progress: Progress) -> Outcome:
     count(0)
     with tempfile.TemporaryDirectory(prefix="tickgraph-trade-", ignore_cleanup_errors=True) as folder:
         place = Path(folder)
-        outcome, reference, start = _with_reference(study, pool, place, count)
+        found = find_reference(study, present, pool, place, count)
+        outcome = _begun(found)
+        known, chosen = found.rows(pool), found.chosen
         try:
-            _measure(outcome, pool, reference, count)
-            _time(outcome, pool, start, place, count)
+            measure_rows(outcome, known, present, pool, chosen.file, count)
+            _time(outcome, pool, min(chosen.run.started, float(study.duration)), place, count)
         except KeyboardInterrupt:
-            outcome.complete = False
+            outcome.complete = all(row.status != UNFINISHED and row.is_timed(study.repeat) for row in outcome.rows)
+    outcome.complete &= found.complete
     return outcome
 
 
-def _with_reference(study: Study, pool: Pool, place: Path, count: Callable[[], None]) -> tuple[Outcome, Path, float]:
-    """The outcome with its horizon; the file of the reference; when timing starts [s]."""
-    files = place / "reference", place / "refined"
-    settings = [study.reference, *([] if study.refined is None else [study.refined])]
-    jobs = [Keep(setting, study.duration, file) for setting, file in zip(settings, files, strict=False)]
-    found: list[Measured | Crashed] = [Crashed("")] * len(jobs)
-    for number, result in pool.results(jobs, at_once=True):
-        found[number] = result
-        count()
-    first = found[0]
-    if isinstance(first, Crashed) and first.problems:
-        raise UserError(first.problems)
-    if isinstance(first, Crashed) or first.status:
-        why = first.why if isinstance(first, Crashed) else first.ended
-        raise RunError(f"the reference ({text_of(study.reference)}) fails: {why}; choose another with --reference")
-    _check_read(study, [one for one in found if isinstance(one, Measured)])
-    kept = files[1] if len(found) > 1 and isinstance(found[1], Measured) else None
-    horizon, moved, own = pool.one(Judge(files[0], kept))
-    _check_budget(study, own, horizon.time)
-    rows = [Row(setting) for setting in study.settings]
-    outcome = Outcome(study, rows, horizon, moved, tuple(own), first.warnings, refined=kept is not None)
-    outcome.timed = timed_length(study, first)
-    for row in rows:
-        if row.setting == study.reference:
-            row.status, row.errors, row.warnings, row.frames = OK, own, first.warnings, first.frames
-            count()
-    return outcome, files[0], min(first.started, float(study.duration))
+def _begun(found: Found) -> Outcome:
+    """The outcome before any row is measured."""
+    study, chosen = found.study, found.chosen
+    _check_read(study, [run for run in (chosen.run, chosen.finer) if run is not None])
+    _check_budget(study, chosen.own, chosen.horizon.time)
+    return Outcome(
+        study,
+        [Row(setting) for setting in study.settings],
+        chosen.horizon,
+        chosen.moved,
+        tuple(chosen.own),
+        chosen.run.warnings,
+        refined=chosen.finer is not None,
+        timed=timed_length(study, chosen.run),
+        tried=tuple((one.setting, one.moved) for one in found.tried),
+    )
 
 
 def timed_length(study: Study, reference: Measured) -> Fraction:
@@ -130,27 +123,7 @@ def _check_budget(study: Study, given: Errors, horizon: float) -> None:
         raise UserError(problems)
 
 
-def _measure(outcome: Outcome, pool: Pool, reference: Path, count: Callable[[], None]) -> None:
-    study = outcome.study
-    rows = [row for row in outcome.rows if row.status != OK]
-    jobs = [Compare(row.setting, study.duration, reference, outcome.horizon) for row in rows]
-    for number, found in pool.results(jobs, at_once=True):
-        row = rows[number]
-        if isinstance(found, Crashed):
-            row.status, row.why = _status(found), found.why
-        else:
-            measured, errors = found
-            row.status, row.why = measured.status or OK, measured.ended
-            row.warnings, row.frames = measured.warnings, measured.frames
-            row.errors = errors if row.status == OK else {}
-        count()
-
-
-def _status(found: Crashed) -> str:
-    return REFUSED if found.problems else CRASHED
-
-
-def _time(outcome: Outcome, pool: Pool, start: float, place: Path, count: Callable[[], None]) -> None:
+def _time(outcome: Outcome, pool: Pool, start: float, place: Path, count: Callable[[int], None]) -> None:
     study = outcome.study
     for _ in pool.results([Clock(study.reference, Fraction(0), start, place / "run.mcap")]):
         pass  # not counted: its first frames load what only recorded runs use
@@ -160,9 +133,9 @@ def _time(outcome: Outcome, pool: Pool, start: float, place: Path, count: Callab
         for number, timed in pool.results(jobs):
             row = able[number]
             if isinstance(timed, Crashed):
-                row.status, row.why = _status(timed), timed.why
+                row.status, row.why = status_of(timed), timed.why
             elif timed.ended:  # beyond the measured time, for timing starts later
                 row.status, row.why = "unstable", timed.ended
             else:
                 row.timed.append(timed)
-            count()
+            count(1)

@@ -104,7 +104,7 @@ def diagram(axis: Any, outcome: Outcome, metric: str) -> None:
     axis.grid(which="major", color="0.9", linewidth=0.6)
     axis.set_axisbelow(True)
     if doubt > 0:
-        axis.axhspan(axis.get_ylim()[0], doubt, color="0.93", label="less than the reference moves when refined")
+        axis.axhspan(axis.get_ylim()[0], doubt, color="0.93", label="less than the reference's own error")
     if allowed:
         axis.axhline(allowed, color="tab:red", linestyle="--", linewidth=1, label="budget")
     for row, cost, error in points:

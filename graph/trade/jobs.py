@@ -29,8 +29,7 @@ class Present:
 
     def run(self, scene: Scene) -> Fidelity:
         """Opens the file and closes it again."""
-        found: Fidelity = present_values(scene)
-        return found
+        return present_values(scene)
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +62,19 @@ class Judge:
         horizon = horizon_of(reference, finer)
         moved = errors_of(finer, reference, horizon) if finer is not None else {}
         return horizon, moved, errors_of(reference, reference, horizon)
+
+
+@dataclass(frozen=True, slots=True)
+class Match:
+    """Compares a kept run with a kept reference."""
+
+    run_file: Path
+    reference: Path
+    horizon: Horizon
+
+    def run(self, scene: Scene) -> Errors:
+        """The errors of the kept run."""
+        return errors_of(_kept(self.run_file), _kept(self.reference), self.horizon)
 
 
 @dataclass(frozen=True, slots=True)

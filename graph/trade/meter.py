@@ -67,6 +67,8 @@ class Meter:
 
     def __init__(self) -> None:
         self._costs = {name: [0.0, 0.0] for name in PARTS}
+        self.sensors: dict[str, float] = {}
+        """Processor time of sensors [s] by the type of their prims; it is in the parts too."""
         self._part: list[float] | None = None
         self._wall = self._cpu = 0.0
 
@@ -74,6 +76,7 @@ class Meter:
         """Sets all costs to 0."""
         for cost in self._costs.values():
             cost[:] = 0.0, 0.0
+        self.sensors.clear()
 
     @property
     def costs(self) -> dict[str, Cost]:
@@ -110,15 +113,33 @@ class Meter:
 
         return timed
 
+    def _of_sensor(self, method: Callable[..., Any]) -> Callable[..., Any]:
+        """A method of a sensor, with its time added to `sensors`."""
+
+        @functools.wraps(method)
+        def timed(sensor: Any, *args: Any) -> Any:
+            began = time.process_time()
+            try:
+                return method(sensor, *args)
+            finally:
+                name = sensor.type_name
+                self.sensors[name] = self.sensors.get(name, 0.0) + time.process_time() - began
+
+        return timed
+
     @contextmanager
     def watching(self) -> Iterator[None]:
         """Charges what rays cost, in every App of this process."""
         from graph.sim.world import World
+        from sensors.lidar.runtime import LidarRuntime
         from sensors.raycast.triangles import TriangleScene
         from sensors.raycast.world import CastWorld
+        from sensors.runtime import SensorRuntime
 
         with ExitStack() as undo:
             for owner, name, part in (
+                (SensorRuntime, "render", ""),
+                (LidarRuntime, "advance", ""),
                 (World, "geometry", "builds"),
                 (CastWorld, "__init__", "builds"),
                 (TriangleScene, "__init__", "builds"),
@@ -127,7 +148,7 @@ class Meter:
                 (TriangleScene, "blocked", "casts"),
             ):
                 plain = getattr(owner, name)
-                setattr(owner, name, self.charged(part, plain))
+                setattr(owner, name, self.charged(part, plain) if part else self._of_sensor(plain))
                 undo.callback(setattr, owner, name, plain)
             yield
 

@@ -6,6 +6,7 @@ second, medians over the timed runs.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from graph.base.suggest import did_you_mean
@@ -99,6 +100,15 @@ LEADING = (
     "frames.stamp_max",
 )
 """Metrics that are shown first, where they differ between settings."""
+
+
+def ranking(budget: Iterable[str]) -> list[str]:
+    """The differences from a reference by which it is judged how well a setting converges, the first that counts first.
+
+    Those of the budget, then the place of bodies, then the leading ones.
+    """
+    order = dict.fromkeys((*budget, "body.position_max", *LEADING, *ERRORS))
+    return [name for name in order if name in ERRORS and not ERRORS[name].alone]
 
 
 def known_metric(name: str) -> Metric:

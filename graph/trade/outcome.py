@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
@@ -14,17 +14,28 @@ from .errors import Errors, Horizon
 from .meter import PARTS, Cost
 from .metrics import COSTS, ERRORS, LEADING, METRICS
 from .study import Setting, Study
-from .trial import Timed
+from .trial import Measured, Timed
 
 OK, UNSTABLE, FAILED, REFUSED = "ok", "unstable", "failed", "refused"
 CRASHED, UNFINISHED = "crashed", "unfinished"
 
+OWN_ERROR = 2.0
+"""The reference's own error, in differences between it and its refinement.
 
-@dataclass(slots=True)
+An error in proportion to the step h is C h, that at half the step C h / 2: so is their difference, and the reference is
+off by twice that. At order n it is off by 2^n / (2^n - 1) differences, which is less: twice is a bound.
+"""
+
+NO_DIFFERENCE = 1e-9
+"""Errors that differ by less, absolutely or in proportion, are the same: sums in another order differ as much."""
+
+
+@dataclass(slots=True, eq=False)
 class Row:
-    """One setting: its errors and timed runs. status: one of those above; why: the reason for another than "ok".
+    """One run: its errors and timed runs. status: one of those above; why: the reason for another than "ok".
 
-    warnings: codes of the warnings of its run. frames: of all its sensors, per simulated second.
+    also: other settings that are the same run, for they agree in every knob that it reads. warnings: codes of the
+    warnings of its run. frames: of all its sensors, per simulated second. read: the knobs that it reads.
     """
 
     setting: Setting
@@ -34,6 +45,28 @@ class Row:
     timed: list[Timed] = field(default_factory=list)
     warnings: tuple[str, ...] = ()
     frames: float | None = None
+    also: list[Setting] = field(default_factory=list)
+    read: frozenset[str] = frozenset()
+
+    @property
+    def settings(self) -> tuple[Setting, ...]:
+        """Its setting and those that are the same run."""
+        return self.setting, *self.also
+
+    def take(self, run: Measured, errors: Errors) -> None:
+        """Takes the figures of a measured run."""
+        self.status, self.why = run.status or OK, run.ended
+        self.errors = errors if self.status == OK else {}
+        self.warnings, self.frames, self.read = run.warnings, run.frames, run.read
+
+    def copy(self, other: Row) -> None:
+        """Takes the figures of another row that is the same run."""
+        self.status, self.why, self.errors = other.status, other.why, other.errors
+        self.warnings, self.frames, self.read = other.warnings, other.frames, other.read
+
+    def is_timed(self, repeat: int) -> bool:
+        """Whether nothing is left to be timed."""
+        return self.status != OK or len(self.timed) >= repeat
 
     @property
     def cost(self) -> Cost | None:
@@ -48,6 +81,14 @@ class Row:
             return None
         wholes = [one.whole for one in self.timed]
         return Cost(_spread([one.wall for one in wholes]), _spread([one.cpu for one in wholes]))
+
+    def as_cheap(self, other: Row) -> bool:
+        """Whether the processor times of both lie within their spreads: their order may be chance."""
+        one, two = self.cost, other.cost
+        if self is other or one is None or two is None:
+            return self is other
+        spreads = sum(row.spread.cpu * cost.cpu for row, cost in ((self, one), (other, two)) if row.spread)
+        return abs(one.cpu - two.cpu) <= spreads
 
     @property
     def parts(self) -> dict[str, Cost]:
@@ -78,7 +119,8 @@ class Outcome:
     """Everything that was measured. moved: by how much refining the reference moves each metric.
 
     given: the metrics that the scene gives. timed: simulated time of each timed run [s]. complete: False if it was
-    interrupted.
+    interrupted. tried: where the reference was chosen by convergence (`conduct`), each setting that ran and by how much
+    refining it moves each metric, the chosen one first.
     """
 
     study: Study
@@ -90,6 +132,7 @@ class Outcome:
     refined: bool = True
     timed: Fraction = Fraction(0)
     complete: bool = True
+    tried: tuple[tuple[Setting, Errors], ...] = ()
 
     @cached_property
     def shown(self) -> tuple[str, ...]:
@@ -103,25 +146,72 @@ class Outcome:
         return len(values) > 1
 
     @property
-    def idle(self) -> tuple[str, ...]:
-        """The knobs whose values change no error: settings that differ in nothing else have the same errors."""
-        return tuple(name for name in self.study.varied if self._changes_nothing(name))
+    def leverage(self) -> dict[str, float]:
+        """Groups of knobs (`group_of`) by the share of the processor time that they act on, the largest first.
 
-    def _changes_nothing(self, knob: str) -> bool:
-        alike: dict[tuple[Any, ...], list[Errors]] = {}
+        Of the reference, or of the first run that was timed. Groups overlap: rays are cast for sensors.
+        """
+        timed = [row for row in self.rows if row.timed]
+        row = next((one for one in timed if self.study.reference in one.settings), timed[0] if timed else None)
+        if row is None or row.cost is None or not row.cost.cpu > 0:
+            return {}
+        parts = row.parts
+        times = {
+            "physics": parts["physics"].cpu,
+            "mesh": parts["builds"].cpu + parts["casts"].cpu,
+            "loop_hz": parts["graph"].cpu + parts["io"].cpu,
+            **{
+                kind: statistics.median(one.sensors.get(kind, 0.0) for one in row.timed)
+                for kind in sorted({kind for one in row.timed for kind in one.sensors})
+            },
+        }
+        shares = {name: time / row.cost.cpu for name, time in times.items()}
+        return dict(sorted(shares.items(), key=lambda one: -one[1]))
+
+    @property
+    def knobs(self) -> tuple[str, ...]:
+        """What is varied, that with the most leverage first."""
+        leverage = self.leverage
+        return tuple(sorted(self.study.varied, key=lambda name: -leverage.get(group_of(name), 0.0)))
+
+    @property
+    def idle(self) -> dict[str, bool]:
+        """The knobs whose values change no error that the reference resolves; True for those that change none at all.
+
+        Settings that differ in nothing else have the same errors.
+        """
+        found = {name: self._effects(name) for name in self.study.varied}
+        return {name: effects == {0} for name, effects in found.items() if effects and 2 not in effects}
+
+    def _effects(self, knob: str) -> set[int]:
+        """What the knob does where it alone differs: 0 changes no error, 1 none that is resolved, 2 some."""
+        alike: dict[tuple[Any, ...], list[Row]] = {}
         for row in self.rows:
-            others = tuple(value for name, value in row.setting.items() if name != knob)
-            alike.setdefault(others, []).append(row.errors if row.status == OK else {})
-        compared = [errors for errors in alike.values() if len(errors) > 1]
-        return bool(compared) and all(first and one == first for first, *others in compared for one in others)
+            for setting in row.settings:
+                others = tuple(value for name, value in setting.items() if name != knob)
+                alike.setdefault(others, []).append(row)
+        return {self._difference(first, row) for first, *rows in alike.values() for row in rows}
+
+    def _difference(self, one: Row, other: Row) -> int:
+        if one is other and one.errors:
+            return 0
+        if one.status != OK or other.status != OK or not one.errors or one.errors.keys() != other.errors.keys():
+            return 2
+        if all(_same(one.errors[name], other.errors[name]) for name in one.errors):
+            return 0
+        return 1 if all(_same(self.error(one, name), self.error(other, name)) for name in one.errors) else 2
 
     def doubt(self, metric: str) -> float:
-        """By how much the reference differs from its refinement: smaller errors mean nothing.
+        """The reference's own error, `OWN_ERROR` times what refining it changes: smaller errors mean nothing.
 
         0 for costs, and for metrics of a run alone.
         """
         moved, about = self.moved.get(metric), METRICS[metric]
-        return 0.0 if moved is None or about.alone or not self.refined else about.error(moved)
+        if moved is None or about.alone or not self.refined:
+            return 0.0
+        own = OWN_ERROR * about.error(moved)
+        own = min(own, 1.0) if about.more else own
+        return own if own > NO_DIFFERENCE else 0.0
 
     def error(self, row: Row, metric: str) -> float | None:
         """The error or cost of a setting as far as it is known: at least the doubt; None if it was not measured."""
@@ -136,17 +226,22 @@ class Outcome:
     def front(self, metric: str) -> list[Row]:
         """The settings that pay, by rising cost: none other has both less cost and less error, as far as it is known.
 
-        Cost is processor time: other work on the machine changes it least.
+        Cost is processor time: other work on the machine changes it least. Of settings that are as cheap as the
+        cheapest (`Row.as_cheap`) the one of least error pays, of equal ones the first.
         """
-        able = [(row, row.cost, self.error(row, metric)) for row in self.rows if row.status == OK]
-        front: list[Row] = []
-        best = math.inf
-        priced = [(cost.cpu, error, row) for row, cost, error in able if cost and error is not None]
-        for _, error, row in sorted(priced, key=lambda one: one[:2]):
-            if error < best:
-                best = error
-                front.append(row)
-        return front
+        left = [(row, cost.cpu, error) for row in self._able() if (error := self.error(row, metric)) is not None
+                and (cost := row.cost)]  # fmt: skip
+        front: list[tuple[Row, float, float]] = []
+        while left:
+            cheapest = min(left, key=lambda one: one[1])[0]
+            best = min((one for one in left if one[0].as_cheap(cheapest)), key=lambda one: one[2])
+            front = [*(one for one in front if one[1] < best[1]), best]
+            left = [one for one in left if one[2] < best[2]]
+        return [row for row, *_ in front]
+
+    def _able(self) -> list[Row]:
+        """The settings that ran to their end and were timed."""
+        return [row for row in self.rows if row.status == OK and row.timed]
 
     @property
     def sought(self) -> str:
@@ -157,36 +252,58 @@ class Outcome:
     @property
     def recommended(self) -> Row | None:
         """The setting that keeps the budget with the least of `sought`; None without a budget, or if none keeps it."""
-        able = [row for row in self._ranked(self.sought) if self.excess(row) <= 1] if self.study.budget else []
-        return able[0] if able else None
+        able = [row for row in self._able() if self.excess(row) <= 1] if self.study.budget else []
+        return (
+            self._least(able, lambda row: self.error(row, self.sought)) if self.sought in ERRORS else self._cheap(able)
+        )
 
     @property
     def nearest(self) -> Row | None:
         """The setting that exceeds the budget least, by the worst ratio of a value and its bound; of equal ones the
         cheapest.
         """
-        return min(self._ranked("cost.cpu"), key=self.excess, default=None)
+        return self._least(self._able(), self.excess)
 
-    def excess(self, row: Row) -> float:
+    def excess(self, row: Row, *, errors_only: bool = False) -> float:
         """The worst ratio of an error and its bound; above 1 the budget is not known to be kept."""
         worst = 0.0
         for name, bound in self.study.budget.items():
+            if errors_only and name in COSTS:
+                continue
             error, allowed = self.error(row, name), METRICS[name].error(bound)
             if error is None:
                 return math.inf
             worst = max(worst, error / allowed if allowed > 0 else (math.inf if error > 0 else 0.0))
         return worst
 
-    def _ranked(self, metric: str) -> list[Row]:
-        """The settings that ran to their end, those with less of the metric first, of equal ones the cheaper."""
-        able = [(self.error(row, metric), row.cost, row) for row in self.rows if row.status == OK]
-        order = [(error, cost.cpu, row) for error, cost, row in able if error is not None and cost]
-        return [row for *_, row in sorted(order, key=lambda one: one[:2])]
+    def _least(self, rows: Sequence[Row], value: Callable[[Row], float | None]) -> Row | None:
+        """The row with the least value, of equal ones the cheapest."""
+        found = [(one, row) for row in rows if (one := value(row)) is not None]
+        least = min((one for one, _ in found), default=0.0)
+        return self._cheap([row for one, row in found if one == least])
+
+    def _cheap(self, rows: Sequence[Row]) -> Row | None:
+        """The cheapest row; of those as cheap the one farthest within the bounds of errors, of equal ones the first."""
+        cheapest = min(rows, key=lambda row: row.cost.cpu if row.cost else math.inf, default=None)
+        if cheapest is None:
+            return None
+        return min((row for row in rows if row.as_cheap(cheapest)), key=lambda row: self.excess(row, errors_only=True))
+
+
+def group_of(knob: str) -> str:
+    """The group of a knob: `lidar` of `lidar.motion`."""
+    return knob.partition(".")[0]
 
 
 def _median(costs: Iterable[Cost]) -> Cost:
     found = [*costs]
     return Cost(statistics.median(one.wall for one in found), statistics.median(one.cpu for one in found))
+
+
+def _same(one: float | None, other: float | None) -> bool:
+    if one is None or other is None:
+        return one is other
+    return math.isclose(one, other, rel_tol=NO_DIFFERENCE, abs_tol=NO_DIFFERENCE)
 
 
 def _spread(times: Sequence[float]) -> float:

@@ -19,7 +19,10 @@ from .study import Setting, overrides_of, word
 
 
 def as_dict(outcome: Outcome) -> dict[str, Any]:
-    """Everything as JSON data: times in seconds, settings as texts, an error that a setting does not have as null."""
+    """Everything as JSON data: times in seconds, settings as texts, an error that a setting does not have as null.
+
+    Settings that are the same run (`same_as`) have the same figures.
+    """
     study, recommended, nearest = outcome.study, outcome.recommended, outcome.nearest
     names = columns_of(outcome)
     fronts = {name: outcome.front(name) for name in outcome.shown}
@@ -35,6 +38,7 @@ def as_dict(outcome: Outcome) -> dict[str, Any]:
             "setting": _words(study.reference),
             "refined": _words(study.refined) if study.refined is not None and outcome.refined else None,
             "moved": {name: _number(value) for name, value in outcome.moved.items()},
+            "own_error": {name: _number(outcome.doubt(name)) for name in outcome.moved},
             "horizon": outcome.horizon.time,
             "why": outcome.horizon.why,
         },
@@ -48,7 +52,8 @@ def as_dict(outcome: Outcome) -> dict[str, Any]:
         },
         "settings": [
             {
-                "setting": _words(row.setting),
+                "setting": _words(setting),
+                "same_as": None if setting is row.setting else _words(row.setting),
                 "status": row.status,
                 "why": row.why,
                 "cost": _costs(row),
@@ -59,7 +64,10 @@ def as_dict(outcome: Outcome) -> dict[str, Any]:
                 "warnings": list(row.warnings),
             }
             for row in outcome.rows
+            for setting in row.settings
         ],
+        "leverage": outcome.leverage,
+        "no_effect": [*outcome.idle],
         "budget": dict(study.budget),
         "least": outcome.sought if study.budget else None,
         "recommended": _words(recommended.setting) if recommended else None,
@@ -84,10 +92,9 @@ def as_csv(outcome: Outcome) -> str:
     for row in outcome.rows:
         spread = (row.spread.wall, row.spread.cpu) if row.spread else (None, None)
         values = [*(row.value(name) for name in costs), *spread, *(row.errors.get(name) for name in names)]
-        words = _words(row.setting)
-        writer.writerow(
-            [*(words[name] for name in knobs), row.status, *("" if one is None else f"{one:.6g}" for one in values)]
-        )
+        figures = [row.status, *("" if one is None else f"{one:.6g}" for one in values)]
+        for setting in row.settings:
+            writer.writerow([*(word(setting[name]) for name in knobs), *figures])
     return stream.getvalue()
 
 

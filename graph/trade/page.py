@@ -10,8 +10,8 @@ from .diagrams import diagrams, overview, parts
 from .metrics import METRICS
 from .outcome import Outcome, columns_of
 from .outputs import block
-from .study import label, word
-from .verdict import PAYS, UNRESOLVED, answer, marked, remarks, summary
+from .study import label
+from .verdict import PAYS, UNRESOLVED, answer, marked, remarks, summary, values_in
 
 _STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; margin: 2rem auto; max-width: 76rem; padding: 0 1rem; color: #222 }
@@ -46,7 +46,7 @@ def page(outcome: Outcome) -> str:
 def _settings(outcome: Outcome) -> str:
     names = tuple(dict.fromkeys((*outcome.shown, *columns_of(outcome))))
     best = outcome.recommended
-    knobs = tuple(outcome.study.varied)
+    knobs = outcome.knobs
     heads = (*map(label, knobs), "status", "frames/s", "cpu s/s", "±", "wall s/s", "±", *names)
     rows, marks = [], []
     for row in outcome.rows:
@@ -60,7 +60,7 @@ def _settings(outcome: Outcome) -> str:
         )
         errors = (marked(outcome, row, name) for name in names)
         state = row.status if not row.why else f"{row.status}: {row.why}"
-        rows.append((*(word(row.setting[name]) for name in knobs), state, *figures, *errors))
+        rows.append((*(values_in(row, name) for name in knobs), state, *figures, *errors))
         marks.append("best" if row is best else "" if row.status == "ok" else "bad")
     return _table(heads, rows, text=range(len(knobs) + 1), marks=marks)
 

@@ -34,7 +34,8 @@ MOST_READINGS = 4_000_000
 BEFORE_RENDERING = -1000
 
 LIDAR, RADAR, CAMERA, OTHER = "lidar", "radar", "camera", "other"
-_SORTS = {lidars.PRIM_TYPE: LIDAR, radars.PRIM_TYPE: RADAR, cameras.PRIM_TYPE: CAMERA}
+SORTS = {lidars.PRIM_TYPE: LIDAR, radars.PRIM_TYPE: RADAR, cameras.PRIM_TYPE: CAMERA}
+"""The kind of a sensor by the type of its prim."""
 _NEEDED = {
     LIDAR: ("distance", "scalar", "flags", "timeOffsetNs", "tickId", "emitterId", "echoId", "objId"),
     RADAR: ("distance", "azimuth", "elevation", "rv_ms"),
@@ -98,7 +99,7 @@ class ReadingLog:
 
     def _follow(self, product: RenderProduct) -> None:
         sensor: Any = unwrapped(product.sensor)
-        sort = _SORTS.get(sensor.type_name, OTHER)
+        sort = SORTS.get(sensor.type_name, OTHER)
         kept = self.sensors[product.path] = Readings(product.camera_path, sort)
         names = {*_NEEDED[sort], *(set(_IF_COMPUTED.get(sort, ())) & sensor.channels())}
         if names:

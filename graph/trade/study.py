@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import product
 from pathlib import Path
@@ -54,9 +54,10 @@ class Study:
     """A trade to measure.
 
     varied: the values of each knob, in the order given. settings: all that are run, each with a value of every varied
-    knob. reference: the setting whose results are taken as exact. budget: bounds by metric. duration: simulated time
-    [s]. repeat: timed runs of each setting. refined: the reference refined once more, which `conduct` works out; None
-    if none of its knobs can be refined.
+    knob. reference: the setting whose results are taken as exact; others: settings of which `conduct` takes the one
+    that converges best instead (`references`). budget: bounds by metric. duration: simulated time [s]. repeat: timed
+    runs of each setting. refined: the reference refined once more, which `conduct` works out; None if none of its knobs
+    can be refined. one_at_a_time: whether `settings` are those that differ from the reference in one knob.
     """
 
     scene: Scene
@@ -67,6 +68,14 @@ class Study:
     duration: Fraction = Fraction(1)
     repeat: int = 3
     refined: Setting | None = None
+    others: tuple[Setting, ...] = ()
+    one_at_a_time: bool = False
+
+    def referring_to(self, reference: Setting, finer: Setting | None) -> Study:
+        """The same with that reference and its refinement."""
+        base = {name: reference[name] for name in self.varied}
+        settings = plan_settings(self.varied, base) if self.one_at_a_time else self.settings
+        return replace(self, reference=reference, refined=finer, settings=settings)
 
 
 def plan_settings(varied: Mapping[str, Sequence[Any]], base: Setting | None = None) -> tuple[Setting, ...]:
@@ -166,8 +175,8 @@ def label(name: str) -> str:
 def finest(name: str, values: Sequence[Any]) -> Any:
     """The value with the least error: the largest or smallest number, or the choice nearest to the finest one.
 
-    Of a knob without a finest value its default, if it is one of them, else the first; of an attribute the first, of
-    a rate the highest.
+    Of a knob without a finest value its default, if it is one of them, else the first, which stands for all of them
+    (`references`); of an attribute the first, of a rate the highest.
     """
     if name not in KNOBS:
         numbers = [_number(value) for value in values]
@@ -184,6 +193,24 @@ def finest(name: str, values: Sequence[Any]) -> Any:
     return min(values, key=lambda value: abs(knob.choices.index(value) - best))
 
 
+def references(varied: Mapping[str, Sequence[Any]], given: Setting) -> tuple[Setting, ...]:
+    """The settings of which the one that converges best is the reference; one where the table of knobs decides.
+
+    given: what the reference is asked to be. It decides nothing about `physics.integrator`: which one is best depends
+    on the scene.
+    """
+    finest_of = {name: finest(name, values) for name, values in varied.items()}
+    undecided = [name for name, values in varied.items() if name not in given and is_open(name) and len(values) > 1]
+    found = product(*(varied[name] for name in undecided))
+    return tuple({**finest_of, **dict(zip(undecided, one, strict=True)), **given} for one in found)
+
+
+def is_open(name: str) -> bool:
+    """Whether the table of knobs says neither which choice is the finest nor which is the default."""
+    knob = KNOBS.get(name)
+    return knob is not None and knob.kind == "choice" and not knob.finer and knob.default is None
+
+
 _RATE = re.compile(r"(rate|hz|fps|frequency)$", re.IGNORECASE)
 
 
@@ -198,11 +225,14 @@ def refined(setting: Setting, present: Fidelity) -> Setting | None:
     """The setting with each of its knobs one step finer; None if none of them can be refined.
 
     Numbers are doubled or halved, a choice becomes the finest one. `lidar.motion=continuous` is refined by twice the
-    `lidar.bins`. Attributes stay as they are. present: the knobs of the file, for those that the setting does not have.
+    `lidar.bins`, a choice of physics without a finest one by twice the `physics.hz`. Attributes stay as they are.
+    present: the knobs of the file, for those that the setting does not have.
     """
     finer: dict[str, Any] = dict(setting)
     if "lidar.motion" in setting and setting["lidar.motion"] == "continuous":
         finer.setdefault("lidar.bins", present["lidar.bins"])
+    if present["physics.hz"] and any(is_open(name) for name in setting if name.startswith("physics.")):
+        finer.setdefault("physics.hz", present["physics.hz"])
     for name, value in list(finer.items()):
         if name not in KNOBS:
             continue

@@ -19,7 +19,7 @@ from graph.sim.fidelity import KNOBS, Fidelity
 from sensors.channels import STABLE_IDS
 
 from .meter import Cost, Meter, MeteredSink
-from .readings import ReadingLog, Readings
+from .readings import OTHER, SORTS, ReadingLog, Readings
 from .states import StateLog, Trajectory
 from .study import Scene, Setting, overrides_of
 
@@ -60,11 +60,15 @@ class Measured:
 
 @dataclass(frozen=True, slots=True)
 class Timed:
-    """What a run cost: its updates by part, per simulated second, and its start [s]. ended: as in `Measured`."""
+    """What a run cost: its updates by part, per simulated second, and its start [s]. ended: as in `Measured`.
+
+    sensors: processor time of sensors by their kind, per simulated second, which is in `parts` too.
+    """
 
     parts: dict[str, Cost]
     start: float
     ended: str = ""
+    sensors: dict[str, float] = field(default_factory=dict)
 
     @property
     def whole(self) -> Cost:
@@ -145,9 +149,11 @@ def clock(scene: Scene, setting: Setting, duration: Fraction, start: float, reco
         except RunError as error:
             ended = str(error)
         simulated = float(app.simulation.time - started)
-        costs = meter.costs
+        costs, sensors = meter.costs, dict(meter.sensors)
     remove(recording)
-    return Timed({name: cost.per(simulated or math.nan) for name, cost in costs.items()}, spent, ended)
+    length = simulated or math.nan
+    shares = {SORTS.get(name, OTHER): seconds / length for name, seconds in sensors.items()}
+    return Timed({name: cost.per(length) for name, cost in costs.items()}, spent, ended, shares)
 
 
 @contextmanager
@@ -196,7 +202,11 @@ def without_arrays(found: Measured) -> Measured:
     return replace(found, bodies=None, sensors={})
 
 
-def present_values(scene: Scene) -> Any:
-    """The knobs of the file, with the user's own. Raises UserError for what cannot be opened."""
+def present_values(scene: Scene) -> Fidelity:
+    """The knobs of the file, with the user's own, and the rates that its clock gives.
+
+    Raises UserError for what cannot be opened.
+    """
     with _playing(scene, {}) as session:
-        return session.app.fidelity
+        app = session.app
+        return replace(app.fidelity, physics_hz=app.simulation.steps_per_second, loop_hz=app.loop_rate)

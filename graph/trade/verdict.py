@@ -4,24 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from .metrics import COSTS, METRICS
-from .outcome import Outcome, Row, bounds_of, unit_of
-from .study import text_of
+from graph.sim.fidelity import KNOBS
+
+from .metrics import COSTS, METRICS, ranking
+from .outcome import Outcome, Row, bounds_of, group_of, unit_of
+from .study import text_of, word
 
 PAYS = "* pays: no other setting has both less processor time and less error"
-UNRESOLVED = "~ less than the reference is known to: refining it alone makes as much"
+UNRESOLVED = "~ less than the reference's own error, which is taken as twice what refining it changes"
 
 
 def summary(outcome: Outcome) -> list[str]:
     """What was compared with what, and how far it holds, a sentence or two each."""
     study, horizon = outcome.study, outcome.horizon
-    lines = [f"reference: {text_of(study.reference)}, over {float(study.duration):g} s, seed {study.scene.seed}"]
+    lines = [*_leverage(outcome)]
+    lines += [f"reference: {text_of(study.reference)}, over {float(study.duration):g} s, seed {study.scene.seed}"]
+    if len(outcome.tried) > 1:
+        lines.append(f"it is the one that refining changes least: {_convergence(outcome)}")
     if study.refined is None:
         lines.append("the reference has no finer setting to check it with")
     elif not outcome.refined:
         lines.append(f"the reference is unchecked: it does not run at {text_of(study.refined)}")
     else:
-        lines.append(f"checked with: {text_of(study.refined)} (its error is twice the difference, at first order)")
+        lines.append(
+            f"checked with: {text_of(study.refined)}; the reference's own error is taken as twice the difference"
+        )
     lines.append(f"errors count up to {horizon.time:.4g} s{f'; {horizon.why}' if horizon.why else ', the whole run'}")
     if outcome.timed < study.duration:
         lines.append(
@@ -31,6 +38,43 @@ def summary(outcome: Outcome) -> list[str]:
     if not outcome.complete:
         lines.append("interrupted: this is what was measured by then")
     return lines
+
+
+LEAST_SHARE, MOST_NAMED = 0.05, 3
+"""Groups of knobs that act on less of the time are not named; of knobs that are not varied so many are."""
+
+
+def _leverage(outcome: Outcome) -> Iterator[str]:
+    """Which knobs act on most of the processor time of this file, and whether they are varied."""
+    study, told = outcome.study, []
+    read = frozenset().union(*(row.read for row in outcome.rows))
+    for group, share in outcome.leverage.items():
+        knobs = [name for name in KNOBS if group_of(name) == group and name in read]
+        varied = [name for name in knobs if name in study.varied]
+        left = [name for name in knobs if name not in study.varied][:MOST_NAMED]
+        if knobs and share >= LEAST_SHARE:
+            names = f"varied: {', '.join(varied)}" if varied else f"not varied: {', '.join(left)}"
+            told.append(f"{group} {share:.0%} ({names})")
+    if told:
+        yield f"processor time that knobs act on: {', '.join(told)}"
+
+
+def _convergence(outcome: Outcome) -> str:
+    """By how much refining moves each setting that could be the reference, in the first metric that tells."""
+    names = [name for name in ranking(outcome.study.budget) if len({moved.get(name) for _, moved in outcome.tried}) > 1]
+    told = outcome.tried[0][0]
+    free = [name for name in told if len({setting[name] for setting, _ in outcome.tried}) > 1]
+    found = []
+    for setting, moved in outcome.tried:
+        value = moved.get(names[0]) if names else None
+        by = "unchecked" if not moved else f"{round(METRICS[names[0]].error(value or 0.0), 9):.3g}"
+        found.append(f"{text_of({name: setting[name] for name in free})} {by}")
+    return f"{', '.join(found)}{f' ({names[0]})' if names else ''}"
+
+
+def values_in(row: Row, knob: str) -> str:
+    """The value of a knob in a run, or all of them where several settings are the same run."""
+    return "|".join(dict.fromkeys(word(setting[knob]) for setting in row.settings))
 
 
 def marked(outcome: Outcome, row: Row, metric: str) -> str:
@@ -47,10 +91,15 @@ def remarks(outcome: Outcome) -> Iterator[str]:
     for row in outcome.rows:
         if row.why:
             yield f"{row.status}: {text_of(row.setting)}: {row.why}"
+        if row.also:
+            equal = " = ".join(map(text_of, row.settings))
+            yield f"the same run, made once: {equal}"
         if own := [code for code in row.warnings if code not in outcome.reference_warnings]:
             yield f"warnings: {text_of(row.setting)}: {', '.join(own)}"
     if outcome.complete:
-        yield from (f"{name} changes no error here: take the cheapest value" for name in outcome.idle)
+        for name, exactly in outcome.idle.items():
+            what = "no error here" if exactly else "no error that this reference resolves"
+            yield f"{name} changes {what}: take the cheapest value"
 
 
 def answer(outcome: Outcome) -> tuple[list[str], Row | None]:
@@ -66,8 +115,8 @@ def answer(outcome: Outcome) -> tuple[list[str], Row | None]:
         return [f"least {_error(least)} within {bounds} ({_values(best, [least])}):"], best
     fine = [name for name, bound in study.budget.items() if outcome.doubt(name) > METRICS[name].error(bound)]
     lines = [
-        f"no setting is known to keep {bounds_of({name: study.budget[name]})}: refining the reference alone gives "
-        f"{outcome.moved[name]:.3g}{unit_of(name)}; give a wider budget, a finer --reference or a shorter --duration"
+        f"no setting is known to keep {bounds_of({name: study.budget[name]})}: the reference's own error may be "
+        f"{outcome.doubt(name):.3g}{unit_of(name)}; give a wider budget, a finer --reference or a shorter --duration"
         for name in fine
     ] or [f"no setting keeps {bounds}"]
     if nearest is not None:

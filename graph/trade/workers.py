@@ -62,8 +62,11 @@ class Pool:
             worker.end()
 
     def one(self, job: Job) -> Any:
-        """The result of a job. Raises UserError if it was refused, RunError if it failed."""
-        [(_, found)] = self.results([job])
+        """The result of a short job, which nothing interrupts.
+
+        Raises UserError if it was refused, RunError if it failed.
+        """
+        [(_, found)] = self._results([job], 1, lambda: False)
         if isinstance(found, Crashed):
             raise UserError(found.problems) if found.problems else RunError(found.why)
         return found
@@ -73,8 +76,11 @@ class Pool:
 
         One that fails, is refused (it raises UserError), or whose process ends, gives `Crashed`.
         """
-        left = list(enumerate(jobs))[::-1]
         most = min(MOST_WORKERS, os.cpu_count() or 1) if at_once else 1
+        yield from self._results(jobs, most, self._interrupted)
+
+    def _results(self, jobs: Sequence[Job], most: int, interrupted: Callable[[], bool]) -> Iterator[tuple[int, Any]]:
+        left = list(enumerate(jobs))[::-1]
         busy: dict[Connection, tuple[int, _Worker]] = {}
         while left or busy:
             while left and len(busy) < most:
@@ -89,7 +95,10 @@ class Pool:
                 if isinstance(found, Crashed) and found.ended:
                     self._workers.remove(worker)
                 yield number, found
-            if self._interrupted():
+            if interrupted():
+                for _, worker in busy.values():  # their answers would be taken for those of later jobs
+                    worker.end()
+                    self._workers.remove(worker)
                 raise KeyboardInterrupt
 
     def _idle(self, busy: list[_Worker]) -> _Worker:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 import signal
 import subprocess
 import time
@@ -120,10 +121,10 @@ def test_it_finds_the_cheapest_setting_writes_everything_and_the_block_into_the_
 
 def test_without_a_setting_in_the_budget_it_names_the_nearest(graph, ball):
     result = graph("trade", ball, *("--vary", "physics.hz=60,120", "--reference", "physics.hz=480", "--repeat", "1"),
-                   *("--budget", "body.position_max=0.01"))  # fmt: skip
+                   *("--budget", "body.position_max=0.02"))  # fmt: skip
     assert result.code == 1
     assert result.out.splitlines()[-4:] == [
-        "no setting keeps body.position_max <= 0.01 m",
+        "no setting keeps body.position_max <= 0.02 m",
         "the nearest is physics.hz=120: body.position_max 0.0307 m",
         "fidelity:",
         "  physics.hz: 120",
@@ -131,17 +132,67 @@ def test_without_a_setting_in_the_budget_it_names_the_nearest(graph, ball):
 
 
 def test_no_setting_keeps_a_budget_finer_than_the_reference_is_known_not_even_the_reference(graph, ball):
-    """480 Hz against 960: g / 480 / 4 = 5.1 mm after 1 s."""
+    """480 Hz is g dt t / 2 = 9.81 / 960 = 10.2 mm ahead of the parabola after 1 s."""
     result = graph("trade", ball, "--vary", "physics.hz=60,480", "--repeat", "1", "--budget", "body.position_max=0.001")
     assert result.code == 1
     assert result.out.splitlines()[-4:] == [
-        "no setting is known to keep body.position_max <= 0.001 m: refining the reference alone gives 0.00511 m; "
+        "no setting is known to keep body.position_max <= 0.001 m: the reference's own error may be 0.0102 m; "
         "give a wider budget, a finer --reference or a shorter --duration",
         "as near as is known, the cheapest is physics.hz=480: body.position_max 0 m",
         "fidelity:",
         "  physics.hz: 480",
     ]
-    assert "~ less than the reference is known to" in result.out
+    assert "~ less than the reference's own error" in result.out
+
+
+@pytest.mark.parametrize("typed", ["euler,rk4,implicitfast", "implicitfast,euler,rk4"])
+def test_the_reference_of_the_integrator_is_the_one_that_converges_not_the_first_typed(graph, ball, typed):
+    """In a free fall rk4 is exact, so that refining moves it by nothing; the others are g dt t / 2 ahead: 9.81 / 120 =
+    81.75 mm at 60 Hz after 1 s, half of that at 120 Hz.
+    """
+    result = graph("trade", ball, "--vary", f"physics.integrator={typed}", "--repeat", "1", "--json")
+    assert result.code == 0, result.err
+    told = json.loads(result.out)
+    assert told["reference"]["setting"] == {"physics.integrator": "rk4"}
+    assert told["reference"]["refined"] == {"physics.integrator": "rk4", "physics.hz": "120"}
+    errors = {one["setting"]["physics.integrator"]: one["errors"]["body.position_max"] for one in told["settings"]}
+    late = pytest.approx(9.81 / 60 / 2, rel=1e-6)
+    assert errors == {"rk4": 0, "euler": late, "implicitfast": late}
+
+
+SCAN = """\
+tickgraph: 1
+scene:
+  prims:
+    /World/Wall: {type: Cube, size: 1.0, translate: [-10.5, 0, 0]}
+    /World/Lidar: {type: OmniLidar, config: Example_Rotary_2D}
+graphs:
+  /Graph:
+    nodes:
+      tick: OnPlaybackTick
+      product: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Lidar}}
+      cloud: {type: ROS2RtxLidarHelper, inputs: {type: point_cloud, topicName: points, frameId: lidar}}
+    connections:
+      - tick.tick -> product.execIn
+      - product.execOut -> cloud.execIn
+      - product.renderProductPath -> cloud.renderProductPath
+"""
+
+
+def test_settings_that_read_the_same_knobs_are_run_once_and_knobs_without_effect_are_named(graph, folder):
+    """A frozen scan reads no bins: of four settings three are runs. Nothing moves: neither knob changes a range."""
+    (folder / "scan.yaml").write_text(SCAN)
+    result = graph(
+        *("trade", "scan.yaml", "--vary", "lidar.motion=frozen,continuous", "--vary", "lidar.bins=4,8"),
+        *("--duration", "0.2", "--repeat", "1", "--json"),
+    )
+    assert result.code == 0, result.err
+    told = json.loads(result.out)
+    frozen = [{"lidar.motion": "frozen", "lidar.bins": one} for one in ("4", "8")]
+    assert [one["setting"] for one in told["settings"]][:2] == frozen
+    assert [one["same_as"] for one in told["settings"]] == [None, frozen[0], None, None]
+    assert told["no_effect"] == ["lidar.motion", "lidar.bins"]
+    assert 0 < told["leverage"]["lidar"] <= 1
 
 
 def test_a_budget_of_costs_asks_for_the_least_error_within_it(graph, ball):
@@ -281,6 +332,55 @@ def test_ctrl_c_keeps_what_was_measured(ball, folder):
     if "graph: interrupted" not in said:  # otherwise there was not yet anything to keep
         assert "this is what was measured by then" in said
         assert json.loads((folder / "out/trade.json").read_text())["complete"] is False
+
+
+def test_ctrl_c_after_the_last_run_writes_everything(graph, ball, folder, monkeypatch):
+    from graph.trade import diagrams
+
+    drawn = diagrams.parts
+
+    def interrupted(outcome):
+        monkeypatch.undo()  # once: a second Ctrl-C stops at once
+        monkeypatch.chdir(folder)
+        os.kill(os.getpid(), signal.SIGINT)
+        return drawn(outcome)
+
+    monkeypatch.setattr(diagrams, "parts", interrupted)
+    options = ("--vary", "physics.hz=60,120", "--repeat", "1", "--duration", "0.1", "--out", "out")
+    result = graph("trade", ball, *options)
+    assert (result.code, result.err) == (0, "")
+    told = json.loads((folder / "out/trade.json").read_text())
+    assert told["complete"]
+    assert all(one["cost"]["runs"] for one in told["settings"])
+    assert (folder / "out/trade.html").exists()
+
+
+@pytest.mark.parametrize("runs", [2, 4, 6])
+def test_ctrl_c_after_any_run_writes_what_was_measured_by_then(graph, ball, folder, monkeypatch, runs):
+    """The first two are the reference and its refinement, then come two for errors (the reference's own are known) and
+    two timed ones.
+    """
+    from graph.trade import conduct
+
+    measured, sent = conduct.conduct, []
+
+    def interrupted(study, pool, progress):
+        def count(done, total):
+            progress(done, total)
+            if done == runs and not sent:  # a second Ctrl-C stops at once
+                sent.append(done)
+                os.kill(os.getpid(), signal.SIGINT)
+
+        return measured(study, pool, count)
+
+    monkeypatch.setattr(conduct, "conduct", interrupted)
+    options = ("--vary", "physics.hz=60,120", "--repeat", "1", "--duration", "0.1", "--out", "out")
+    result = graph("trade", ball, *options)
+    told = json.loads((folder / "out/trade.json").read_text())
+    assert told["complete"] is (runs == 6)
+    assert result.code == (0 if runs == 6 else 130), result.err
+    assert [one["status"] for one in told["settings"]][1] == "ok"  # the reference
+    assert ("interrupted" in result.err) is (runs < 6)
 
 
 RATES = "/World/Eye.omni:sensor:tickRate"

@@ -22,7 +22,7 @@ from graph.trade.sights import same_targets, values_of
 from graph.trade.states import Trajectory
 from graph.trade.study import Scene, Study
 from graph.trade.trial import Measured, Timed
-from graph.trade.verdict import remarks
+from graph.trade.verdict import answer, remarks, summary, values_in
 
 METRIC = "lidar.range_p99"
 
@@ -56,7 +56,7 @@ def rows():
     return [
         row(1, (1.0, 1.2, 1.1), 0.3),
         row(2, (2.0, 2.0, 2.0), 0.4),  # dearer and worse than the first
-        row(4, (3.0, 3.0, 9.0), 0.02),
+        row(4, (3.0, 3.0, 3.4), 0.02),
         row(16, (5.0, 5.0, 5.0), 0.0),
     ]
 
@@ -88,13 +88,53 @@ def test_the_cheapest_that_keeps_the_budget_is_recommended(rows):
 
 
 def test_what_the_reference_does_not_resolve_is_neither_paid_for_nor_promised(rows):
-    """Refining the reference moves it by 0.05 m: 0.02 and 0 are the same to it; 0.02 is the cheaper."""
-    found = outcome(rows, {METRIC: 0.03}, {METRIC: 0.05})
+    """Refining the reference moves it by 0.025 m, so that it may be off by twice that, 0.05 m (`OWN_ERROR`): 0.02 and 0
+    are the same to it; 0.02 is the cheaper.
+    """
+    found = outcome(rows, {METRIC: 0.03}, {METRIC: 0.025})
     assert [one.setting["lidar.bins"] for one in found.front(METRIC)] == [1, 4]
     assert [found.unresolved(one, METRIC) for one in rows] == [False, False, True, True]
     assert found.recommended is None
     assert found.nearest is rows[2]
-    assert outcome(rows, {METRIC: 0.05}, {METRIC: 0.05}).recommended is rows[2]
+    assert outcome(rows, {METRIC: 0.05}, {METRIC: 0.025}).recommended is rows[2]
+
+
+def test_the_mark_the_budget_and_the_summary_take_the_same_error_of_the_reference():
+    """A ball falls for 1 s: at 480 Hz it is g dt t / 2 = 9.81 / 960 = 10.22 mm ahead of g t^2 / 2, at 960 Hz half of
+    that, so that refining moves it by 5.11 mm: twice that is its own error, exactly. 8 mm is below it, 12 mm is not.
+    """
+    rows = [
+        Row({"lidar.bins": n}, OK, errors={"body.position_max": e}, timed=timed(n)) for n, e in ((1, 0.012), (2, 0.008))
+    ]
+    found = outcome(rows, {"body.position_max": 0.01}, {"body.position_max": 9.81 / 480 / 4})
+    assert found.doubt("body.position_max") == pytest.approx(9.81 / 480 / 2)
+    assert [found.unresolved(one, "body.position_max") for one in rows] == [False, True]
+    assert found.recommended is None
+    assert "the reference's own error may be 0.0102 m" in answer(found)[0][0]
+    assert "the reference's own error is taken as twice the difference" in "\n".join(summary(found))
+    assert as_dict(found)["reference"]["own_error"] == {"body.position_max": found.doubt("body.position_max")}
+
+
+def test_the_error_of_a_share_is_no_more_than_the_whole():
+    """Refining finds 0.4 of the detections again: twice 0.6 is more than all of them."""
+    rows = [Row({"lidar.bins": 1}, OK, errors={"radar.recall": 0.5}, timed=timed(1))]
+    assert outcome(rows, moved={"radar.recall": 0.4}).doubt("radar.recall") == 1.0
+
+
+def test_costs_within_their_spreads_are_equal_and_of_equal_ones_the_more_exact_pays():
+    """Processor times 2.0, 2.2 and 2.4 s, each +- 0.12 s: the second overlaps both others, which do not overlap."""
+    rows = [row(1, (0.94, 1.06, 1.0), 0.3), row(2, (1.04, 1.16, 1.1), 0.2), row(4, (1.14, 1.26, 1.2), 0.25)]
+    assert rows[0].as_cheap(rows[1])
+    assert rows[1].as_cheap(rows[2])
+    assert not rows[0].as_cheap(rows[2])
+    assert outcome(rows, {METRIC: 0.5}).recommended is rows[1]
+    assert outcome(rows).front(METRIC) == [rows[1]]
+
+
+def test_of_equal_costs_and_errors_the_first_is_taken_however_the_runs_came_out():
+    rows = [row(1, (1.05, 1.0, 1.1), 0.3), row(2, (1.0, 1.05, 0.98), 0.3)]
+    assert outcome(rows, {METRIC: 0.5}).recommended is rows[0]
+    assert outcome(rows).front(METRIC) == [rows[0]]
 
 
 def test_what_is_no_difference_from_the_reference_needs_no_refinement():
@@ -135,10 +175,47 @@ def test_a_knob_changes_no_error_where_settings_that_differ_in_it_alone_have_the
     rows = [at(1, "sensor", 0.3), at(1, "frame", 0.3), at(2, "sensor", 0.1), at(2, "frame", 0.1)]
     found = outcome(rows)
     found = replace(found, study=replace(found.study, varied={"lidar.bins": (1, 2), "tlas": ("sensor", "frame")}))
-    assert found.idle == ("tlas",)
+    assert found.idle == {"tlas": True}
     assert [*remarks(found)] == ["tlas changes no error here: take the cheapest value"]
+    rows[3].errors[METRIC] = 0.1 + 1e-12  # another order of summing
+    assert found.idle == {"tlas": True}
     rows[3].errors[METRIC] = 0.2
-    assert found.idle == ()
+    assert found.idle == {}
+    found.moved = {METRIC: 0.1}  # the reference's own error is 0.2: 0.1 and 0.2 are the same to it
+    assert found.idle == {"tlas": False}
+    assert [*remarks(found)] == ["tlas changes no error that this reference resolves: take the cheapest value"]
+    assert as_dict(found)["no_effect"] == ["tlas"]
+
+
+def test_the_knobs_with_the_most_leverage_are_named_first():
+    """Of 2 s of processor time, all of it casts, the radar takes 1.2 and the lidar 0.5; physics takes none."""
+    rows = [row(bins, (1.0,), 0.1 * bins) for bins in (1, 16)]
+    for one in rows:
+        one.read = frozenset({"lidar.bins", "radar.rays", "radar.bounces", "physics.hz"})
+        one.timed = [replace(one.timed[0], sensors={"radar": 1.2, "lidar": 0.5})]
+    found = outcome(rows)
+    assert [*found.leverage][:3] == ["mesh", "radar", "lidar"]
+    assert found.leverage["radar"] == pytest.approx(0.6)
+    assert summary(found)[0] == (
+        "processor time that knobs act on: radar 60% (not varied: radar.rays, radar.bounces), lidar 25% (varied: "
+        "lidar.bins)"
+    )
+    varied = {"lidar.bins": (1, 16), "radar.rays": (9,)}
+    assert replace(found, study=replace(found.study, varied=varied)).knobs == ("radar.rays", "lidar.bins")
+
+
+def test_settings_that_are_the_same_run_share_a_row_and_are_all_written():
+    rows = [row(1, (1.0,), 0.3), row(16, (2.0,), 0.0)]
+    rows[0].also.append({"lidar.bins": 2})
+    found = outcome(rows)
+    assert values_in(rows[0], "lidar.bins") == "1|2"
+    assert [*remarks(found)] == ["the same run, made once: lidar.bins=1 = lidar.bins=2"]
+    assert [(one["setting"], one["same_as"]) for one in as_dict(found)["settings"]] == [
+        ({"lidar.bins": "1"}, None),
+        ({"lidar.bins": "2"}, {"lidar.bins": "1"}),
+        ({"lidar.bins": "16"}, None),
+    ]
+    assert [line["lidar.bins"] for line in csv.DictReader(as_csv(found).splitlines())] == ["1", "2", "16"]
 
 
 def test_an_unstable_setting_is_never_recommended(rows):
@@ -158,6 +235,7 @@ def test_json_and_csv_hold_every_figure(rows):
     assert told["settings"][0]["cost"]["runs"][1] == {"wall": 1.2, "cpu": 2.4}
     assert told["settings"][4] == {
         "setting": {"lidar.bins": "3"},
+        "same_as": None,
         "status": "unstable",
         "why": "it diverged",
         "cost": None,

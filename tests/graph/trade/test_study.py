@@ -10,11 +10,13 @@ from graph.base.errors import UserError
 from graph.sim.fidelity import KNOBS, Fidelity
 from graph.trade.study import (
     finest,
+    is_open,
     label,
     overrides_of,
     plan_settings,
     read_values,
     read_varied,
+    references,
     refined,
     text_of,
     word,
@@ -56,7 +58,7 @@ def test_a_knob_is_varied_once():
         ("tlas", "frame,sensor", "sensor"),
         ("physics.cone", "elliptic,pyramidal", "elliptic"),
         ("lidar.noise", "on,off", False),  # no value is more exact: the default
-        ("physics.integrator", "euler,rk4", "euler"),  # no default either: the first
+        ("physics.integrator", "euler,rk4", "euler"),  # no default either: the first of the candidates
     ],
 )
 def test_the_reference_is_the_finest_value(name, values, best):
@@ -68,6 +70,21 @@ def test_the_finest_of_one_value_is_that_value_for_every_knob():
     for name, knob in KNOBS.items():
         value = samples.get(knob.kind, lambda knob: knob.checked("7"))(knob)
         assert finest(name, [value]) == value
+
+
+def test_choices_without_order_and_default_are_all_candidates_for_the_reference():
+    decided = ["physics.hz=60,120", "lidar.noise=on,off", "physics.cone=pyramidal,elliptic"]
+    varied = read_varied(["physics.integrator=euler,rk4", *decided])
+    fixed = {"physics.hz": Fraction(120), "lidar.noise": False, "physics.cone": "elliptic"}
+    assert references(varied, {}) == tuple({"physics.integrator": one} | fixed for one in ("euler", "rk4"))
+    assert references(varied, {"physics.integrator": "euler"}) == ({"physics.integrator": "euler"} | fixed,)
+    assert {name for name in KNOBS if is_open(name)} == {"physics.integrator", "physics.jacobian"}
+
+
+def test_a_choice_of_physics_without_a_finest_one_is_refined_by_the_step():
+    present = Fidelity(physics_hz=Fraction(240))
+    found = refined({"physics.integrator": "rk4"}, present)
+    assert found == {"physics.integrator": "rk4", "physics.hz": Fraction(480)}
 
 
 def test_a_grid_has_every_combination_and_one_at_a_time_only_single_changes():
