@@ -98,8 +98,10 @@ def remarks(outcome: Outcome) -> Iterator[str]:
             yield f"warnings: {text_of(row.setting)}: {', '.join(own)}"
     if outcome.complete:
         for name, exactly in outcome.idle.items():
-            what = "no error here" if exactly else "no error that this reference resolves"
-            yield f"{name} changes {what}: take the cheapest value"
+            if exactly:
+                yield f"{name} changes no error here: take the cheapest value"
+            else:
+                yield f"{name} changes no error that this reference resolves: a finer --reference would tell more"
 
 
 def answer(outcome: Outcome) -> tuple[list[str], Row | None]:

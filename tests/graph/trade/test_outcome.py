@@ -183,7 +183,9 @@ def test_a_knob_changes_no_error_where_settings_that_differ_in_it_alone_have_the
     assert found.idle == {}
     found.moved = {METRIC: 0.1}  # the reference's own error is 0.2: 0.1 and 0.2 are the same to it
     assert found.idle == {"tlas": False}
-    assert [*remarks(found)] == ["tlas changes no error that this reference resolves: take the cheapest value"]
+    assert [*remarks(found)] == [
+        "tlas changes no error that this reference resolves: a finer --reference would tell more"
+    ]
     assert as_dict(found)["no_effect"] == ["tlas"]
 
 
