@@ -26,6 +26,12 @@ An error in proportion to the step h is C h, that at half the step C h / 2: so i
 off by twice that. At order n it is off by 2^n / (2^n - 1) differences, which is less: twice is a bound.
 """
 
+RESOLVED = 0.95
+"""The share of the reference's own error from which on a difference is resolved.
+
+Below 1: an error in proportion to the step makes the next coarser setting (2 h) differ by C h, the own error itself.
+"""
+
 NO_DIFFERENCE = 1e-9
 """Errors that differ by less, absolutely or in proportion, are the same: sums in another order differ as much."""
 
@@ -214,14 +220,22 @@ class Outcome:
         return own if own > NO_DIFFERENCE else 0.0
 
     def error(self, row: Row, metric: str) -> float | None:
-        """The error or cost of a setting as far as it is known: at least the doubt; None if it was not measured."""
+        """The error or cost of a setting as far as it is known; None if it was not measured.
+
+        It is at least the doubt: just that for all that are unresolved, which are alike, more for all others.
+        """
         value = row.value(metric)
-        return None if value is None else max(METRICS[metric].error(value), self.doubt(metric))
+        if value is None:
+            return None
+        error, doubt = METRICS[metric].error(value), self.doubt(metric)
+        if doubt == 0:
+            return error
+        return doubt if error < RESOLVED * doubt else max(error, math.nextafter(doubt, math.inf))
 
     def unresolved(self, row: Row, metric: str) -> bool:
         """Whether the setting differs from the reference by less than the reference is known to."""
         value = row.value(metric)
-        return value is not None and METRICS[metric].error(value) < self.doubt(metric)
+        return value is not None and METRICS[metric].error(value) < RESOLVED * self.doubt(metric)
 
     def front(self, metric: str) -> list[Row]:
         """The settings that pay, by rising cost: none other has both less cost and less error, as far as it is known.

@@ -115,6 +115,21 @@ def test_the_mark_the_budget_and_the_summary_take_the_same_error_of_the_referenc
     assert as_dict(found)["reference"]["own_error"] == {"body.position_max": found.doubt("body.position_max")}
 
 
+def test_the_next_coarser_setting_is_resolved_and_worse_than_the_reference_whatever_the_rounding():
+    """First order: at 60 and 120 Hz a fall is g / 120 and g / 240 m off after 1 s. They differ by g / 240, which is the
+    own error of 120 Hz, twice its move of g / 480: the reference is the better one.
+    """
+    for noise in (-1e-12, 0.0, 1e-12):
+        rows = [
+            Row({"lidar.bins": n}, OK, errors={"body.position_max": error}, timed=timed(n))
+            for n, error in ((1, 9.81 / 240 + noise), (2, 0.0))
+        ]
+        found = outcome(rows, {"cost.wall": 9.0}, {"body.position_max": 9.81 / 480})
+        assert [found.unresolved(one, "body.position_max") for one in rows] == [False, True]
+        assert found.recommended is rows[1]
+        assert found.front("body.position_max") == rows
+
+
 def test_the_error_of_a_share_is_no_more_than_the_whole():
     """Refining finds 0.4 of the detections again: twice 0.6 is more than all of them."""
     rows = [Row({"lidar.bins": 1}, OK, errors={"radar.recall": 0.5}, timed=timed(1))]
