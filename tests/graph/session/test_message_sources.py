@@ -172,8 +172,9 @@ def test_the_help_says_how_messages_are_written(capsys):
     from graph.cli.main import main
 
     assert main(["run", "--help"]) == 0
-    said = " ".join(capsys.readouterr().out.split())
-    assert "- {at: 0.5, topic: /cmd_vel, type: geometry_msgs/msg/Twist, message: {linear: {x: 0.2}}}" in said
+    assert "`graph help robot` has an example" in " ".join(capsys.readouterr().out.split())
+    assert main(["help", "robot"]) == 0
+    assert "topic: /cmd_vel, type: geometry_msgs/msg/Twist, message: {" in capsys.readouterr().out
 
 
 def test_remapped_topics_are_played_under_their_new_names(tmp_path):
