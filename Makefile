@@ -42,6 +42,7 @@ peers: $(VENV)/dev.stamp
 wheel: system-libraries $(VENV)/dev.stamp
 	$(BIN)/python -m sensors.compiled
 	$(PIP) wheel --no-build-isolation --no-deps --wheel-dir dist .
+	@ls dist/*.whl
 
 clean:
 	rm -rf $(VENV) out build dist sensors/compiled/shipped

@@ -33,6 +33,8 @@ PREVIOUS = ".previous"
 """Stands before the suffix of an earlier run's files until the next run has ended well."""
 SUFFIXES = (".mcap", ".db3")
 """Extensions of recordings."""
+NAMED = 3
+"""Folders of runs that a message lists at most."""
 _COMPRESSED = re.compile(r"compression_mode:\s*[\"']?(file|message)", re.IGNORECASE)
 
 
@@ -182,7 +184,9 @@ def open_run(path: str | Path, *, whole: bool = True) -> RunReader:
     found = recorded_files(path, report)
     if not found:
         if whole or report is None:
-            raise UserError(f"{path}: no recording is in this folder; name one that holds .mcap or .db3 files")
+            below = sorted({str(one.parent) for suffix in SUFFIXES for one in path.glob(f"*/*{suffix}")})
+            such = f", such as {' or '.join(below[:NAMED])}" if below else ""
+            raise UserError(f"{path}: no recording is in this folder; name one that holds .mcap or .db3 files{such}")
         notes.append(f"{path}: no message was recorded")
     files: list[RecordedFile] = []
     for one in found:

@@ -150,3 +150,13 @@ def test_a_run_that_published_nothing_has_a_report_alone(tmp_path):
     (tmp_path / "report.json").unlink()
     with pytest.raises(UserError, match="no recording is in this folder"):
         open_run(tmp_path, whole=False)
+
+
+def test_a_folder_of_runs_is_refused_with_the_names_of_its_runs(tmp_path):
+    for name in ("c", "a", "d", "b"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "run.mcap").touch()
+    (tmp_path / "0").mkdir()
+    with pytest.raises(UserError) as refused:
+        open_run(tmp_path)
+    assert str(refused.value).endswith(f" files, such as {tmp_path / 'a'} or {tmp_path / 'b'} or {tmp_path / 'c'}")
