@@ -224,7 +224,8 @@ def unmade_products(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -
 def type_problems(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:
     """A line for each mistake that the nodes' own types find in their values and connections (`NodeType.check`).
 
-    Graphs that lost a wrong connection are left out: their nodes may need it.
+    Graphs that lost a wrong connection are left out: their nodes may need it. Of a node that lost a wrong value, only
+    mistakes in its other inputs count.
     """
     whole = {graph.path for graph in spec.graphs for one in graphs if one.spec.connections == graph.connections}
     written = [
@@ -238,13 +239,17 @@ def type_problems(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> 
     for node, name, mark in _given_inputs(spec, graphs):
         given.setdefault(node, {})[name] = mark
     settings = _settings(spec)
+    used = {f"{graph.path}/{one.name}": one.inputs for graph in graphs for one in graph.spec.nodes}
     problems = []
     for node, author in written:
+        lost = author.inputs.keys() - used[node.path].keys()
         marks = given.get(node, {})
         sensors = _sensors_behind(node, given)
         check = node.type.check
         assert check is not None
         for name, wrong in check(NodeAtLoad(node.db, stage, tuple(marks), sensors, settings)):
+            if lost and (not name or name in lost):
+                continue
             end = f"{node.path}.inputs:{name}" if name else node.path
             problems.append(Problem(f"{end}: {wrong}", marks.get(name, author.mark)))
     return problems

@@ -114,6 +114,25 @@ graphs:
 """
 
 
+def test_a_wrong_value_is_not_checked_on_as_if_it_were_the_default(folder, graph):
+    """The default of `type` is laser_scan, which this lidar cannot give; a mistake in another input is still told."""
+    product = "made: {type: IsaacCreateRenderProduct, inputs: {cameraPrim: /World/Lidar}}"
+    (folder / "a.yaml").write_text(f"""\
+tickgraph: 1
+scene: {{prims: {{/World/Lidar: {{type: OmniLidar, config: OS1}}}}}}
+graphs:
+  /World/Graph:
+    nodes:
+      tick: OnPlaybackTick
+      {product}
+      cloud: {{type: ROS2RtxLidarHelper, inputs: {{type: pointcloud, selectedMetadata: [Colour]}}}}
+    connections: [tick.tick -> made.execIn, made.renderProductPath -> cloud.renderProductPath]
+""")
+    wrong, other = graph("check", "a.yaml").err.splitlines()
+    assert wrong.startswith("a.yaml:8:50: node \"cloud\": type: 'pointcloud' is not one of")
+    assert other.startswith("a.yaml:8:68: /World/Graph/cloud.inputs:selectedMetadata: ")
+
+
 def test_a_flat_scan_of_a_3d_lidar_is_reported_before_anything_runs(folder, graph):
     (folder / "tall.yaml").write_text(FLAT.format(config="XT32", parity="documented"))
     (folder / "flat.yaml").write_text(FLAT.format(config="Example_Rotary_2D", parity="documented"))
