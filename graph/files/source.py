@@ -116,8 +116,10 @@ def _no_graph_file(path: Path) -> str:
 
 
 def _near(path: Path) -> str:
-    """A "did you mean" with the closest existing name in the same folder, or ""."""
+    """A "did you mean" with the closest existing name in the same folder, or how to write a shipped example, or ""."""
     try:
+        if path.parent == Path("graphs") and not path.parent.exists():
+            return f"; a shipped example is written by: graph new {path.stem} graphs"
         return did_you_mean(path.name, sorted(entry.name for entry in path.parent.iterdir()))
     except OSError:
         return ""

@@ -44,6 +44,8 @@ def test_a_missing_file_is_named_with_its_nearest_neighbour(folder):
     write(folder, SMALL, "yard.yaml")
     assert problems("yrad.yaml") == ['yrad.yaml: no such file; did you mean "yard.yaml"?']
     assert problems("nowhere/x.yaml") == ["nowhere/x.yaml: no such file"]
+    told = "graphs/yard.yaml: no such file; a shipped example is written by: graph new yard graphs"
+    assert problems("graphs/yard.yaml") == [told]
 
 
 def test_a_folder_is_not_a_file(folder):
