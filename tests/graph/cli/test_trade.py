@@ -335,17 +335,15 @@ def test_ctrl_c_keeps_what_was_measured(ball, folder):
 
 
 def test_ctrl_c_after_the_last_run_writes_everything(graph, ball, folder, monkeypatch):
-    from graph.trade import diagrams
+    from graph.trade import outputs
 
-    drawn = diagrams.parts
+    listed = outputs.as_csv
 
     def interrupted(outcome):
-        monkeypatch.undo()  # once: a second Ctrl-C stops at once
-        monkeypatch.chdir(folder)
         os.kill(os.getpid(), signal.SIGINT)
-        return drawn(outcome)
+        return listed(outcome)
 
-    monkeypatch.setattr(diagrams, "parts", interrupted)
+    monkeypatch.setattr(outputs, "as_csv", interrupted)
     options = ("--vary", "physics.hz=60,120", "--repeat", "1", "--duration", "0.1", "--out", "out")
     result = graph("trade", ball, *options)
     assert (result.code, result.err) == (0, "")
@@ -362,13 +360,12 @@ def test_ctrl_c_after_any_run_writes_what_was_measured_by_then(graph, ball, fold
     """
     from graph.trade import conduct
 
-    measured, sent = conduct.conduct, []
+    measured = conduct.conduct
 
     def interrupted(study, pool, progress):
         def count(done, total):
             progress(done, total)
-            if done == runs and not sent:  # a second Ctrl-C stops at once
-                sent.append(done)
+            if done == runs:
                 os.kill(os.getpid(), signal.SIGINT)
 
         return measured(study, pool, count)
