@@ -373,14 +373,20 @@ def _progress(updates: int, show: bool) -> Iterator[Any]:
         yield lambda: None
         return
     from rich.console import Console
-    from rich.progress import Progress
+    from rich.progress import BarColumn, Progress, ProgressColumn, Task, TaskProgressColumn, TimeRemainingColumn
+    from rich.text import Text
 
     from sensors.compiled.compile_time import COMPILING
+
+    class Doing(ProgressColumn):
+        def render(self, task: Task) -> Text:
+            return Text(f"compiling, {counted(COMPILING.left, 'loops')} left" if COMPILING.left else "updates")
 
     def running() -> float:
         """Time without compiling [s], so that it does not count in the remaining time."""
         return time.perf_counter() - COMPILING.elapsed
 
-    with Progress(console=Console(stderr=True), transient=True, get_time=running) as bar:
+    columns = (Doing(), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True, get_time=running) as bar:
         task = bar.add_task("updates", total=updates)
         yield lambda: bar.advance(task)

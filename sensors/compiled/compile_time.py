@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -15,11 +16,13 @@ WHAT = "the sensors' loops, once on this machine"
 class CompileTime:
     """Counts the compilations of this process, one inside another once, and says on stderr that it compiles.
 
-    seconds: wall time of those that ended. loops: how many these were.
+    seconds: wall time of those that ended. loops: how many these were. left: how many loops are to compile, the present
+    one included, as far as the modules imported so far tell; 0 while none compiles.
     """
 
-    def __init__(self) -> None:
-        self.seconds, self.loops = 0.0, 0
+    def __init__(self, count_left: Callable[[], int] = lambda: 0) -> None:
+        self.seconds, self.loops, self.left = 0.0, 0, 0
+        self._count_left = count_left
         self._depth, self._began, self._said = 0, 0.0, False
 
     @property
@@ -33,19 +36,27 @@ class CompileTime:
         if self._depth > 1:
             return
         self._began = time.perf_counter()
+        self.left = max(1, self._count_left())
         if not self._said:
             self._said = True
-            print(f"compiling {WHAT}; the first frames take up to a minute", file=sys.stderr, flush=True)
+            number = f"{self.left} of " if self.left > 1 else ""
+            print(f"compiling {number}{WHAT}; the first frames take up to a minute", file=sys.stderr, flush=True)
 
     def end(self) -> None:
         """A compilation ends."""
         self._depth -= 1
         if self._depth == 0:
             self.seconds += time.perf_counter() - self._began
-            self.loops += 1
+            self.loops, self.left = self.loops + 1, 0
 
 
-COMPILING = CompileTime()
+def _listed_and_not_kept() -> int:
+    from .signatures import number_left
+
+    return number_left()
+
+
+COMPILING = CompileTime(_listed_and_not_kept)
 """That of this process."""
 
 

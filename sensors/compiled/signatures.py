@@ -9,6 +9,7 @@ tests.sensors.compiled.listing` writes the file.
 from __future__ import annotations
 
 import json
+import sys
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -23,13 +24,23 @@ Text: TypeAlias = "str | list[Text] | dict[str, list[Text]]"
 """One type: a scalar or an array; a tuple; a named tuple by its class."""
 
 
-def listed() -> list[tuple[Compiled[Any, Any], tuple[Any, ...]]]:
-    """Each loop with the argument types of one of its compiled forms, in the order of the list."""
+def listed(loaded_only: bool = False) -> list[tuple[Compiled[Any, Any], tuple[Any, ...]]]:
+    """Each loop with the argument types of one of its compiled forms, in the order of the list.
+
+    loaded_only: those of modules that this process has imported.
+    """
     return [
         (function(name), tuple(map(type_of, types)))
         for name, forms in json.loads(LIST.read_text()).items()
+        if not loaded_only or name.rpartition(".")[0] in sys.modules
         for types in forms
     ]
+
+
+def number_left() -> int:
+    """How many listed forms of the imported modules are not kept yet."""
+    target = numba().core.registry.cpu_target.target_context
+    return sum(not loop.kept.has(types, target) for loop, types in listed(loaded_only=True))
 
 
 def function(name: str) -> Compiled[Any, Any]:
@@ -83,8 +94,6 @@ def _named(path: str) -> Any:
 @cache
 def _record_name(kind: Any) -> str:
     """The name of a dtype of records among those of the modules with loops."""
-    import sys
-
     import numpy as np
 
     wanted = numba().np.numpy_support.as_dtype(kind)

@@ -14,12 +14,12 @@ def test_nested_compilations_count_once_and_are_said_once(monkeypatch, capsys):
     """From 10 to 14 s with one inside, then from 20 to 21 s: 4 + 1 seconds of two outer compilations."""
     clock = iter([10.0, 14.0, 20.0, 21.0])
     monkeypatch.setattr(time, "perf_counter", lambda: next(clock))
-    counted = CompileTime()
+    counted = CompileTime(lambda: 37)
     for step in (counted.start, counted.start, counted.end, counted.end, counted.start, counted.end):
         step()
     assert (counted.seconds, counted.loops) == (5.0, 2)
     [line] = capsys.readouterr().err.splitlines()
-    assert line.startswith("compiling the sensors' loops")
+    assert line.startswith("compiling 37 of the sensors' loops")
 
 
 def test_a_compilation_that_runs_counts_in_the_elapsed_time_already(monkeypatch):
@@ -81,3 +81,14 @@ def test_where_loops_cannot_be_kept_the_run_says_why_and_what_to_do(tmp_path):
     run = subprocess.run([sys.executable, *command], cwd=tmp_path, env=env, capture_output=True, text=True, check=True)
     place = tmp_path / "file" / "kernels"
     assert f"each run compiles again: {place}: Not a directory; set TICKGRAPH_CACHE to a folder of" in run.stderr
+
+
+def test_what_is_left_are_the_listed_forms_of_imported_modules_that_are_not_kept(tmp_path):
+    """Importing a loop and compiling its one form takes one off the number."""
+    code = "from sensors.camera.rays import _face\nfrom sensors.compiled.signatures import number_left\n"
+    code += "import json\nfrom sensors.compiled.signatures import LIST, type_of\nprint(number_left())\n"
+    code += "_face.code.compile(tuple(map(type_of, json.loads(LIST.read_text())[_face.name][0])))\nprint(number_left())"
+    env = {**os.environ, "TICKGRAPH_CACHE": str(tmp_path), "PYTHONPATH": str(ROOT)}
+    done = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True, check=True)
+    before, after = map(int, done.stdout.split())
+    assert before - after == 1
