@@ -20,7 +20,7 @@ _NUMBERS = {"half", "float", "double", "timecode"}
 _TEXTS = {"token", "string", "path"}
 
 OWN_TYPE = r"^(?!(omni|isaacsim)\.)[^.]+\..+$"
-"""Names of node types that a schema cannot know: ids with a namespace that is none of the original's."""
+"""Names of node types that a schema cannot know: ids outside the namespaces of the original."""
 
 
 def json_schema(

@@ -24,7 +24,7 @@ from .workers import Crashed, Pool
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """A candidate that ran, and its check. finer: its refinement; None if it has none or that did not run.
+    """A candidate that ran, and its check. finer: its refinement; None without one that ran.
 
     moved: by how much refining changes each metric. own: its errors against itself, which tell the metrics it gives.
     """

@@ -86,7 +86,7 @@ def _frames(db: Database) -> dict[str, str]:
 
 
 def _root_link(db: Database, path: str) -> str:
-    """The root link of the articulation of a prim. Fails the node if it has none."""
+    """The root link of the articulation of a prim. Fails the node without an articulation."""
     links = mechanisms_of(db.app.stage).carriers(path)
     if not links:
         db.fail(f"articulationRoots: {path} has no articulation; name a prim of a robot, or leave it out")

@@ -33,7 +33,7 @@ BEFORE_RENDERING = -1000
 class Previews:
     """Writes `<folder>/<sensor>_<frame>.png` of every sensor of an App, `rate` times a simulated second.
 
-    Cameras: their colours, or distances where these are all that somebody reads. Sensors that measure points: those
+    Cameras: their colours, or distances where only these are read. Sensors that measure points: those
     points in the world, seen from above, coloured by height; all pictures of a sensor show the same part of the world.
     Other sensors: nothing. A picture shows the first frame at or after its
     time; the sensor computes what the pictures need in every frame until `close`. After a stop frames count on, also of
@@ -86,7 +86,7 @@ class Previews:
 
 
 def _drawn(measures: Collection[str], consumed: Collection[str]) -> str:
-    """The channel that a picture shows of those that a sensor measures; consumed: what somebody reads."""
+    """The channel that a picture shows of those that a sensor measures; consumed: what is read."""
     if "rgb" not in measures:
         return "xyz" if "xyz" in measures else ""
     depth = next((name for name in DEPTHS if name in consumed and name in measures), "")
