@@ -272,7 +272,7 @@ class MessageBus(Suggesting):
             topic.end_play()
 
     def subscribe(self, sink: Sink) -> None:
-        """Adds a sink and announces the present topics to it. Raises CallableError for an object without a sink's methods."""
+        """Adds a sink and announces the present topics to it. Raises CallableError without a sink's methods."""
         lacking = [name for name in ("advertise", "write", "close") if not callable(getattr(sink, name, None))]
         if lacking:
             kind, methods = type(sink).__name__, " and ".join(lacking)
