@@ -1,5 +1,6 @@
 """What goes wrong while physics runs is one warning."""
 
+import statistics
 from fractions import Fraction
 
 import pytest
@@ -40,6 +41,19 @@ def test_a_solver_far_from_done_at_its_cap_is_one_warning(solver, iterations, wa
         assert "stopped after 3 iterations" in found[0][1]
     else:
         assert top == pytest.approx(19.5 * 0.2, abs=0.01)
+
+
+@pytest.mark.parametrize(("solver", "median"), [("newton", 1), ("cg", 8), ("pgs", 300)])
+def test_a_tower_at_rest_takes_the_iterations_that_the_knob_says(solver, median):
+    """Measured, not derived: within a fifth of the figures in the text of `physics.solver`."""
+    taken = []
+    with App(physics_hz=240, loop_hz=240, fidelity={"physics.solver": solver, "physics.iterations": 5000}) as app:
+        app.add_prims(tower(10))
+        app.play()
+        for _ in range(120):
+            app.update()
+            taken.append(app.physics.data.solver_niter.max())
+    assert statistics.median(taken[20:]) == pytest.approx(median, rel=0.2)
 
 
 @pytest.mark.parametrize("iterations", [2, 3, 4, 5, 6, 8, 10])
