@@ -214,6 +214,8 @@ def test_each_sensor_is_reported_with_its_rule_and_the_unused_ones_last(explain)
         ("settings: {/persistent/simulation/minFrameRate: 30}", "clock: {physics_hz: 60, loop_hz: 20}"),
         ("settings: {/tickgraph/warmUpSteps: 2}",),
         ("settings: {/app/player/playSimulations: false}",),
+        ("clock: {physics_hz: 240, loop_hz: 60, parity: isaacsim-6.0.1}",),
+        ("clock: {physics_hz: 60, loop_hz: 60, experience: zero_delay, parity: isaacsim-6.0.1}",),
     ],
 )
 def test_the_explanation_is_what_a_run_does(options, folder, graph, explain):
