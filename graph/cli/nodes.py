@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import re
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
 
 from graph.base.errors import UserError
+from graph.base.suggest import did_you_mean
 
 from .arguments import add_nodes
 from .describe import first_line, node_type_as_dict
@@ -14,6 +16,9 @@ from .printing import print_table, say_json
 
 if TYPE_CHECKING:
     from graph.node.declaration import NodeType
+
+WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
+"""A word of a name such as IsaacReadIMU."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,7 +39,9 @@ def run(args: argparse.Namespace) -> int:
 
     types = [one for one in registry.all() if args.pattern is None or fits(one, args.pattern)]
     if not types and args.pattern is not None:
-        raise UserError(f'no node type fits "{args.pattern}"; graph nodes lists them all')
+        words = sorted({word for one in registry.all() for word in WORD.findall(one.short_name)})
+        near = did_you_mean(args.pattern, words, otherwise="graph nodes lists them all")
+        raise UserError(f'no node type fits "{args.pattern}"{near}')
     if args.json:
         say_json({one.id: node_type_as_dict(one) for one in types})
     else:

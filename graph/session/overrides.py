@@ -45,7 +45,7 @@ def _applied(spec: FileSpec, target: str, given: Any) -> FileSpec:
 
     name, dot, attribute = target.rpartition(".")
     if not dot or not name or not attribute:
-        raise UserError(_missing_dot(target))
+        raise UserError(_missing_dot(spec, target))
     mark = Mark(f"{SET} {target}", 0, 0)
     found = [
         (g, n)
@@ -66,10 +66,10 @@ def _applied(spec: FileSpec, target: str, given: Any) -> FileSpec:
     return replace(spec, scene=_with_key(spec.scene, name.removesuffix(".attributes"), attribute, value, mark))
 
 
-def _missing_dot(target: str) -> str:
+def _missing_dot(spec: FileSpec, target: str) -> str:
     """What is wrong with a target without a dot; a path that ends in an attribute's name gets one."""
     prim, slash, attribute = target.rpartition("/")
-    if slash and prim and ":" in attribute:
+    if slash and prim and (":" in attribute or prim in spec.scene.prims):
         return f"the attribute stands behind a dot: {prim}.{attribute}"
     return FORMS
 

@@ -89,6 +89,10 @@ def test_a_pattern_that_fits_nothing_is_a_mistake(types, graph):
     assert result.err == 'graph: no node type fits "zzz"; graph nodes lists them all\n'
 
 
+def test_a_misspelt_word_of_names_is_suggested(graph):
+    assert graph("nodes", "lidr").err == 'graph: no node type fits "lidr"; did you mean "Lidar"?\n'
+
+
 def test_json_has_version_inputs_and_outputs_by_name(types, graph):
     listed = json.loads(graph("nodes", "--json").out)
     assert list(listed) == ["acme.flow.Wait", "acme.math.Sum"]

@@ -130,6 +130,7 @@ TRANSLAT = "Cube has no attribute 'translat'; did you mean the prim's own key \"
     [
         ("/World/Lidar.tickRate", "20", f"OmniLidar has no attribute 'tickRate'; did you mean \"{RATE}\"?"),
         (f"/World/Lidar/{RATE}", "20", f"the attribute stands behind a dot: /World/Lidar.{RATE}"),
+        ("/World/Box/size", "5", "the attribute stands behind a dot: /World/Box.size"),
         ("Lidar.omni:sensor:tickRate", "20", "a prim is named by its whole path: /World/Lidar.omni:sensor:tickRate"),
         ("/World/Lidr.translate", "[0, 0, 1]", 'there is no such prim; did you mean "/World/Lidar"?'),
         ("/World/Box.translat", "[0, 0, 1]", TRANSLAT),
