@@ -27,7 +27,7 @@ def live(runs: Runs) -> None:
     made = figure(
         640,
         "Live: a program drives the robot and listens to it, over a WebSocket",
-        "graph new diffdrive robot.yaml && graph run robot.yaml --realtime --live foxglove",
+        "graph new diffdrive robot.yaml && graph run robot.yaml --realtime --live foxglove:control",
     )
     path = axes(made, 90, 96, 560, 440, "/odom as received: the path, by time [s]")
     shown = path.scatter(got[:, 1], got[:, 2], 14, got[:, 0], cmap="viridis", linewidths=0, zorder=3)
@@ -80,7 +80,7 @@ def listen(runs: Runs) -> dict[str, Any]:
     with socket.socket() as one:
         one.bind(("127.0.0.1", 0))
         port = one.getsockname()[1]
-    command = ["run", str(robot), "--realtime", "--live", f"foxglove:127.0.0.1:{port}", "--duration", str(LENGTH)]
+    command = ["run", str(robot), "--realtime", "--live", f"foxglove:control:127.0.0.1:{port}", "--duration", str(LENGTH)]
     sent, got, odometry = [[0.0, 0.0, 0.0]], [], -1
     with subprocess.Popen([sys.executable, "-m", "graph", *command], cwd=ROOT, stdout=subprocess.DEVNULL) as running:
         while True:
