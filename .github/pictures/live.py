@@ -80,7 +80,8 @@ def listen(runs: Runs) -> dict[str, Any]:
     with socket.socket() as one:
         one.bind(("127.0.0.1", 0))
         port = one.getsockname()[1]
-    command = ["run", str(robot), "--realtime", "--live", f"foxglove:control:127.0.0.1:{port}", "--duration", str(LENGTH)]
+    target = f"foxglove:control:127.0.0.1:{port}"
+    command = ["run", str(robot), "--realtime", "--live", target, "--duration", str(LENGTH)]
     sent, got, odometry = [[0.0, 0.0, 0.0]], [], -1
     with subprocess.Popen([sys.executable, "-m", "graph", *command], cwd=ROOT, stdout=subprocess.DEVNULL) as running:
         while True:
