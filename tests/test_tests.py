@@ -14,8 +14,8 @@ FUNCTIONS = {
 }
 CHECKS = ("pytest.raises", "pytest.warns", "pytest.fail", "np.testing.assert_")
 
-NOT_OURS = {"_simulation_manager_interface", "_clear_type_cache"}
-"""Names that begin with an underscore: of Isaac Sim's public API, and of CPython's `sys`."""
+NOT_OURS = {"_simulation_manager_interface", "_clear_type_cache", "_repr_html_"}
+"""Names that begin with an underscore: of Isaac Sim's public API, of CPython's `sys`, and what notebooks call."""
 
 
 def checks(function, checking):

@@ -226,7 +226,7 @@ def test_a_graph_file_takes_the_attributes_that_its_type_declares(file, readings
         ({"attributes": {"grund": 1}}, "Thermometer has no attribute 'grund'; did you mean \"ground\"?"),
         ({"attributes": {"ground": "warm"}}, f"{PROBE}: attributes: ground: 'warm' is not a number"),
         ({"ground": 1}, f'{PROBE}: there is no key "ground"; did you mean attributes: {{"ground": 1}}?'),
-        ({"attributes": {"focalLength": 1}}, "Thermometer has no attribute 'focalLength'; its own are "),
+        ({"attributes": {"zzz": 1}}, "Thermometer has no attribute 'zzz'; its own are "),
     ],
 )
 def test_what_its_type_does_not_declare_is_refused_with_a_name_that_is_near(file, capsys, keys, message):

@@ -43,7 +43,9 @@ def test_an_index_is_asked_by_name_and_a_file_again_as_long_as_it_is_there(insta
     assert extras.install_command("view") == f"pip install '{wheel}[view]'"
 
 
-def test_where_pip_is_that_of_another_python_this_one_is_named(installed, monkeypatch):
+def test_where_pip_is_that_of_another_python_this_one_is_named(installed, monkeypatch, tmp_path):
+    """With its whole path, outside of the folder that it is in."""
     installed(None)
+    monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(extras.shutil, "which", lambda name: "/usr/bin/pip")
     assert extras.install_command("view") == f"{sys.executable} -m pip install 'tickgraph[view]'"
