@@ -12,7 +12,6 @@ import pytest
 from sensors.compiled import compiled, inlined
 from tests.support.places import ROOT
 
-
 SAID = "compiling the sensors' loops, once on this machine; the first frames take up to a minute"
 
 
