@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from pathlib import Path
@@ -55,8 +56,7 @@ class World:
         self.warn = warn
         self.steps_per_second = Fraction(60)
         """The rate with which physics is built [Hz]; see `set_rate`."""
-        self.take_rate: Callable[[], None] = _nothing
-        """Takes a rate that was authored on the active physics scene since it was last called."""
+        self._rate_taker: Callable[[], Callable[[], None] | None] = _nobody
         self.physics: PhysicsEngine | None = None
         """The physics engine; None while stopped or when nothing is dynamic."""
         self.built = False
@@ -85,6 +85,16 @@ class World:
         self.steps_per_second = steps_per_second
         if self.physics is not None:
             self.physics.set_dt(1 / steps_per_second)
+
+    def let_take_rate(self, taker: Callable[[], None]) -> None:
+        """Gives the method that `take_rate` calls; held weakly, as its object holds the world."""
+        self._rate_taker = weakref.WeakMethod(taker)
+
+    def take_rate(self) -> None:
+        """Takes a rate that was authored on the active physics scene since it was last called."""
+        taker = self._rate_taker()
+        if taker is not None:
+            taker()
 
     # -- what rays can hit -------------------------------------------------------------------------------------------
 
@@ -191,7 +201,7 @@ class World:
         return (Fabric if self.fidelity.fabric else StageTransforms)(self.stage, self.warn)
 
 
-def _nothing() -> None:
+def _nobody() -> None:
     """There is no clock yet."""
 
 

@@ -73,7 +73,7 @@ class ManagedSimulation(Suggesting):
         """All bodies, joints and contacts as arrays."""
         self._follows_stage_rate = follows_stage_rate
         self._authored_rate = world.authored_rate
-        world.take_rate = self._take_authored_rate
+        world.let_take_rate(self._take_authored_rate)
         self._animation: Animation | None = None
         self._defaults = dict.fromkeys(_DEFAULTS, True)
         self._set_up_scheduler()

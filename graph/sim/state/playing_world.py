@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
@@ -41,11 +40,13 @@ class PlayingWorld(Protocol):
     physics: PhysicsEngine | None
     built: bool
     steps_per_second: Fraction
-    take_rate: Callable[[], None]
 
     @property
     def meters_per_unit(self) -> float:
         """Metres in a unit of the stage."""
+
+    def take_rate(self) -> None:
+        """Takes a rate that was authored on the active physics scene since it was last called."""
 
     def geometry(self) -> tuple[Mesh | Plane, ...]:
         """The geometry for rays."""
