@@ -6,15 +6,15 @@ import a package with the common name `graph`. It imports TickGraph only for a t
 
 from __future__ import annotations
 
+import os
 import re
+import stat
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
-
-from graph.base.inputs import start_of
 
 if TYPE_CHECKING:
     from graph.sim import App
@@ -71,8 +71,12 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Col
 
 
 def _is_ours(path: Path) -> bool:
+    """Reads as `graph.base.inputs.start_of` does, which cannot be imported here: `graph` may be the project's own."""
+    flags = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0)
     try:
-        return _MARKER.search(start_of(path, _HEAD)) is not None
+        with open(path, "rb", opener=lambda name, mode: os.open(name, mode | flags)) as stream:
+            regular = stat.S_ISREG(os.fstat(stream.fileno()).st_mode)
+            return regular and _MARKER.search(stream.read(_HEAD)) is not None
     except OSError:
         return False
 

@@ -120,4 +120,4 @@ def test_the_project_installs_the_plugin_as_a_module_of_its_own():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf8"))
     assert project["project"]["entry-points"]["pytest11"] == {"tickgraph": "tickgraph_pytest"}
     included = project["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
-    assert included == {"graph/testing/pytest_plugin.py": "tickgraph_pytest.py"}
+    assert included == {"graph/testing/pytest_plugin.py": "tickgraph_pytest.py", "graphs": "tickgraph_examples"}
