@@ -242,8 +242,10 @@ def test_row_update_in_which_the_physics_clock_did_not_move(parity, settings, va
         assert [tick.time * 20 for tick in auto.ticks] == ([0, 0, 1, 1, 1, 2] if value else [1, 2])
         assert [tick.end - tick.start for tick in auto.ticks if tick.time == tick.start] == [0] * (4 if value else 0)
         count = len(auto.ticks)
-        app.rendering.render()
+        app.settings.set(keys.PLAY_SIMULATIONS, False)
+        app.update()
         assert len(auto.ticks) - count == (1 if value else 0)
+        assert len(due.ticks) == 1
         app.pause()
         app.update(3)  # data appear only while the timeline plays
         assert len(auto.ticks) - count == (1 if value else 0)
