@@ -30,6 +30,7 @@ from typing import IO
 
 sys.path.insert(0, str(Path(__file__).parents[2]))  # run as a script, it finds `tests` there
 
+from sensors.compiled.kept import user_folder
 from tests.robustness import recordings
 from tests.robustness.corpus import write_corpus
 from tests.robustness.mutations import spoiled
@@ -280,6 +281,7 @@ class _Reads:
             *map(Path, sys.path),
             Path("/usr"),
             Path("/sys"),
+            user_folder(),  # compiled loops, which are read only from a folder that is the user's alone
         ]
         self._allowed = tuple(f"{place.resolve()}/" for place in places if str(place) not in ("", "."))
         cache = os.environ.get("TICKGRAPH_CACHE") or os.path.expanduser("~/.cache")
