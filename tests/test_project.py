@@ -152,7 +152,7 @@ def our_files():
     """Every text file of the project: its own folders, and the files beside pyproject.toml."""
     folders = [".ci", ".github", "graph", "nodes", "sensors", "graphs", "tests"]
     found = [path for folder in folders for path in (ROOT / folder).rglob("*")] + list(ROOT.glob("*"))
-    binary = {".usdc", ".mcap", ".gz", ".png"}
+    binary = {".bin", ".usdc", ".mcap", ".gz", ".png"}
     texts = (path for path in found if path.suffix not in binary and "__pycache__" not in path.parts)
     return sorted(path for path in texts if path.is_file() and path != Path(__file__))
 

@@ -85,7 +85,8 @@ def test_where_loops_cannot_be_kept_the_run_says_why_and_what_to_do(tmp_path):
 
 def test_what_is_left_are_the_listed_forms_of_imported_modules_that_are_not_kept(tmp_path):
     """Importing a loop and compiling its one form takes one off the number."""
-    code = "from sensors.camera.rays import _face\nfrom sensors.compiled.signatures import number_left\n"
+    code = "from pathlib import Path\nfrom sensors.compiled import kept\nkept.SHIPPED = Path('no such folder')\n"
+    code += "from sensors.camera.rays import _face\nfrom sensors.compiled.signatures import number_left\n"
     code += "import json\nfrom sensors.compiled.signatures import LIST, type_of\nprint(number_left())\n"
     code += "_face.code.compile(tuple(map(type_of, json.loads(LIST.read_text())[_face.name][0])))\nprint(number_left())"
     env = {**os.environ, "TICKGRAPH_CACHE": str(tmp_path), "PYTHONPATH": str(ROOT)}
