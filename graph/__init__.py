@@ -7,15 +7,13 @@ Names are imported when first used, so that `import graph` costs next to nothing
 
 from __future__ import annotations
 
-from .base.forwarding import forward as _forward
 from .base.lazy_names import lazy_names as _lazy_names
-from .moved import MOVED as _MOVED
 
 TYPE_CHECKING = False  # importing typing would take longer than all the rest
 if TYPE_CHECKING:
     from .base.errors import Mark, Problem, RunError, UserError
-    from .controller import Controller, OmniGraphError, OmniGraphValueError
     from .evaluate import ComputeError, Graph, Node
+    from .isaac.og import Controller, OmniGraphError, OmniGraphValueError
     from .node.context import Context
     from .node.database import Database, NodeError
     from .node.declaration import UNSET, Attribute, NodeType
@@ -28,7 +26,7 @@ _HOMES = {
     "Attribute": "node.declaration",
     "ComputeError": "evaluate",
     "Context": "node.context",
-    "Controller": "controller",
+    "Controller": "isaac.og",
     "Database": "node.database",
     "Graph": "evaluate",
     "LoadedFile": "session.load",
@@ -36,8 +34,8 @@ _HOMES = {
     "Node": "evaluate",
     "NodeError": "node.database",
     "NodeType": "node.declaration",
-    "OmniGraphError": "controller",
-    "OmniGraphValueError": "controller",
+    "OmniGraphError": "isaac.og",
+    "OmniGraphValueError": "isaac.og",
     "Problem": "base.errors",
     "RunError": "base.errors",
     "UserError": "base.errors",
@@ -71,7 +69,5 @@ __all__ = [
     "node_type",
 ]
 
-
-_forward(_MOVED)
 
 __getattr__, __dir__ = _lazy_names(__name__, _HOMES)

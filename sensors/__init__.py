@@ -9,13 +9,11 @@ from sys import modules as _modules
 from typing import TYPE_CHECKING, Any
 
 try:
-    from graph.base.forwarding import forward as _forward
     from graph.base.lazy_names import lazy_names as _lazy_names
 except ModuleNotFoundError as _error:
     _file = _modules["graph"].__file__
     raise ImportError(f'{_file} hides the package "graph" of TickGraph; rename it') from _error
 
-from .moved import MOVED as _MOVED
 
 if TYPE_CHECKING:
     from .acoustic.authoring import SUPPORTED_ACOUSTIC_CONFIGS, Acoustic
@@ -175,6 +173,5 @@ __all__ = [
     "write_directions",
 ]
 
-_forward(_MOVED)
 
 __getattr__, __dir__ = _lazy_names(__name__, _HOMES)

@@ -20,7 +20,7 @@ GROUND = "graph.base"
 
 JOINTS = {
     "graph.session",
-    "graph.controller",
+    "graph.isaac",
     "graph.cli",
     "graph.testing",
     "graph.trade",

@@ -10,7 +10,7 @@ Each `OgnThing.ogn` in that package is a node type; `OgnThing.py` beside it has 
 gets the entry point's name as prefix.
 
 `import omni.graph.core as og` at the top of such a module gives a stand-in with `ExecutionAttributeState` and the names
-of `graph.controller`; Kit's other modules are not available. `db.outputs.NAME_size = n` sets the length of an array
+of `graph.isaac.og`; Kit's other modules are not available. `db.outputs.NAME_size = n` sets the length of an array
 output.
 """
 

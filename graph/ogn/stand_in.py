@@ -30,16 +30,16 @@ class ExecutionAttributeState(IntEnum):
 
 
 class _StandIn(ModuleType):
-    """Offers the names of `graph.controller`, which is imported at first use."""
+    """Offers the names of `graph.isaac.og`, which is imported at first use."""
 
     ExecutionAttributeState = ExecutionAttributeState
 
     def __getattr__(self, name: str) -> Any:
         if not name.startswith("_"):
-            controller = import_module("graph.controller")
-            if name in controller.__all__:
-                return getattr(controller, name)
-            names = ", ".join(("ExecutionAttributeState", *controller.__all__))
+            og = import_module("graph.isaac.og")
+            if name in og.__all__:
+                return getattr(og, name)
+            names = ", ".join(("ExecutionAttributeState", *og.__all__))
             raise AttributeError(f"TickGraph has no {NAME}.{name}; of that module it has {names}")
         raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
 

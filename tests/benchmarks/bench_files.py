@@ -8,7 +8,7 @@ from pathlib import Path
 from measure import Row, ratio, seconds
 
 from graph import Controller
-from graph.controller import GraphSet
+from graph.isaac.og import GraphSet
 
 TITLE = "large graphs: text to specification, USD and the Controller to graphs that run"
 ADD = "omni.graph.nodes.Add"

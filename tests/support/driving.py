@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from graph.controller import Controller
+from graph.isaac.og import Controller
 from graph.session.graph_links import Links
 
 DRIVES = [(0.5, 0.0), (0.0, 0.0), (-0.5, 0.0), (0.0, 0.0), (0.0, 0.8), (0.0, -0.8), (0.5, 0.5), (0.0, 0.0)]

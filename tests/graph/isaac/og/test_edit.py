@@ -5,7 +5,7 @@ import time
 import pytest
 
 from graph import Controller, OmniGraphError, OmniGraphValueError, UserError
-from graph.controller import Compound, TypedValue
+from graph.isaac.og import Compound, TypedValue
 from graph.node.declaration import Attribute
 from graph.node.decorator import declare
 from nodes.catalog import renames

@@ -5,7 +5,7 @@ import asyncio
 import pytest
 
 from graph import Controller, OmniGraphError
-from graph.controller import get_graph_by_path, get_node_by_path, get_registered_nodes
+from graph.isaac.og import get_graph_by_path, get_node_by_path, get_registered_nodes
 
 K = Controller.Keys
 

@@ -3,7 +3,7 @@
 import pytest
 
 from graph import Controller, OmniGraphError
-from graph.controller import Variable
+from graph.isaac.og import Variable
 from graph.sim import App
 
 K = Controller.Keys

@@ -1,0 +1,1 @@
+"""Isaac Sim's and OmniGraph's names over the engine and the world; nothing of theirs stands on this package."""
