@@ -201,14 +201,21 @@ def _add_cameras(
             notes.append(f"{topic}: left out: the recording has no {missing} of frame {frame!r}")
             continue
         channel = f"CAM_{len(shown)}" if shown else "CAM_FRONT"
-        shown.append(topic)
         samples = make_folder(out, "samples", channel)
-        for count, (sample, stamp, message) in enumerate(_nearest(run, topic, stamps)):
-            if not count:
-                tables.add_sensor(channel, frame, stamp, matrices[frame])
+        why = ""
+        for sample, stamp, message in _nearest(run, topic, stamps):
             file = f"samples/{channel}/{sample:06d}.png"
-            write_png(samples / f"{sample:06d}.png", message)
+            try:
+                write_png(samples / f"{sample:06d}.png", message)
+            except ValueError as error:
+                why = why or str(error)
+                continue
+            if topic not in shown:
+                shown.append(topic)
+                tables.add_sensor(channel, frame, stamp, matrices[frame])
             tables.add_data(channel, frame, stamp, token("sample", sample), file, (message.height, message.width))
+        if why:
+            notes.append(f"{topic}: images are left out: {why}")
     return shown, notes
 
 

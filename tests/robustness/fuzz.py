@@ -5,7 +5,8 @@
     python tests/robustness/fuzz.py --recordings --count 50000 # recordings and folders of runs instead
 
 A case is made by (seed, number) alone. Each job is a process that runs cases one after another; its parent ends it if a
-case takes more than 20 s of CPU time or 4 GiB, notes the case and goes on with the next.
+case takes more than 20 s of CPU time or 4 GiB, notes the case and goes on with the next. The page of every 200th
+recording is opened in the browser chromium, where there is one: it may complain about nothing and ask for nothing.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from random import Random
@@ -37,6 +38,10 @@ from tests.robustness.mutations import spoiled
 
 CPU_S, MEMORY = 20, 4 * 2**30
 UPDATES = "3"
+BROWSED = 200
+"""Of so many recordings the page of one is opened."""
+CASES = 1000
+"""Cases of a process; then a new one takes over."""
 COMMANDS: dict[str, Sequence[Sequence[str]]] = {
     "graph.json": (["check", "{}"], ["run", "{}", "--updates", UPDATES], ["explain", "{}"]),
     "graph.yaml": (["check", "{}"], ["run", "{}", "--updates", UPDATES], ["show", "{}"]),
@@ -63,14 +68,15 @@ class Found:
     """What went wrong, by what it was."""
 
     done: int = 0
-    codes: Counter[int] = field(default_factory=Counter)
+    commands: Counter[str] = field(default_factory=Counter)
+    """By command, and by its exit code (`run 2`)."""
     failures: list[tuple[int, str]] = field(default_factory=list)
     """(case, what)."""
 
     def add(self, other: Found) -> None:
         """Puts another's findings to these."""
         self.done += other.done
-        self.codes += other.codes
+        self.commands += other.commands
         self.failures += other.failures
 
 
@@ -101,7 +107,8 @@ def _watched(seed: int, first: int, end: int, found: Found, keep: Path | None, o
                     case, since = int(number), _cpu_s(worker.pid)
                 elif what == "end":
                     found.done += 1
-                    found.codes[int(rest)] += 1
+                elif what == "ran":
+                    found.commands[rest] += 1
                 else:
                     found.failures.append((int(number), rest))
             if data == b"":
@@ -135,7 +142,7 @@ def _memory(pid: int) -> int:
 
 
 def work(seed: int, first: int, end: int, keep: Path | None, of_runs: bool) -> None:
-    """The job of one process: tells `begin N`, `bad N what` and `end N code` on stdout."""
+    """The job of one process: tells `begin N`, `ran N command code`, `bad N what` and `end N` on stdout."""
     told = os.fdopen(os.dup(1), "w", buffering=1)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     with tempfile.TemporaryDirectory(prefix="fuzz") as temporary, tempfile.TemporaryFile() as output:
@@ -143,23 +150,21 @@ def work(seed: int, first: int, end: int, keep: Path | None, of_runs: bool) -> N
         os.chdir(folder)
         right = {name: path.read_bytes() for name, path in write_corpus(folder).items()}
         _companions(folder)
-        if of_runs:
-            _without_plotly()
         reads = _Reads(folder)
         for case in range(first, end):
             told.write(f"begin {case} -\n")
-            code = 0
             random = Random(f"{seed}:{case}")
             for arguments in _run_of_case(random, keep, case) if of_runs else _run_case(random, right, keep, case):
                 reads.taken()
                 code, said = _command(arguments, output)
                 outside = reads.taken()
+                told.write(f"ran {case} {arguments[0]} {code}\n")
                 bad = _BAD.search(said)
-                if bad or code not in (0, 1, 2) or outside or arguments == ["written elsewhere"]:
+                if bad or code not in (0, 1, 2) or outside:
                     line = said[max(0, bad.start() - 80) : bad.end() + 300] if bad else f"{outside or code}"
                     told.write(f"bad {case} {' '.join(arguments)}: {' '.join(line.split())!r}\n")
                     break
-            told.write(f"end {case} {code}\n")
+            told.write(f"end {case} -\n")
 
 
 def _companions(folder: Path) -> None:
@@ -184,6 +189,8 @@ def _run_case(random: Random, right: dict[str, bytes], keep: Path | None, case: 
     try:
         for arguments in COMMANDS[name]:
             yield [one.replace("{}", name) for one in arguments]
+        if name == "graph.json" and random.random() < 0.1:
+            yield ["trade", name, "--vary", "lidar.subrays=1", "--duration", "0.05", "--repeat", "1"]
     finally:
         file.write_bytes(right[name])
 
@@ -208,21 +215,53 @@ def _run_of_case(random: Random, keep: Path | None, case: int) -> Iterator[Seque
         link.unlink(missing_ok=True)
         link.symlink_to(os.path.abspath(random.choice((key, key.parent, "/dev/zero", "nowhere"))))
     file = str(run / name) if name.startswith("rich") and random.random() < 0.5 else "run"
-    yield ["info", file, *random.choice(([], ["--json"]))]
-    yield ["view", file]
-    yield ["export", file, "--format", random.choice(recordings.FORMATS), "--out", "run/out"]
-    if random.random() < 0.05:
-        yield ["run", "graph.json", "--updates", UPDATES, "--play", file]
-    yield ["recover", file]
-    if [one.name for one in key.parent.iterdir()] != ["key"] or key.read_text() != "key":
-        yield ["written elsewhere"]  # an unknown command, which is a failure
+    browsed = case % BROWSED == 0 and shutil.which("chromium") is not None
+    commands: list[Sequence[str]] = [
+        ["info", file, *random.choice(([], ["--json"]))],
+        ["export", file, "--format", random.choice(recordings.FORMATS), "--out", "run/out"],
+        ["recover", file],
+        ["view", file],
+    ]
+    if random.random() < 0.2:
+        commands.append(["run", "graph.json", "--updates", UPDATES, "--play", file])
+    random.shuffle(commands)
+    with contextlib.nullcontext() if browsed else _without_plotly():
+        for command in commands[:3]:
+            yield command
+            yield ["untouched", str(key.parent)]
+            if browsed and command[0] == "view":
+                yield from (["browse", str(page)] for page in run.glob("**/view.html"))
 
 
-def _without_plotly() -> None:
+@contextlib.contextmanager
+def _without_plotly() -> Iterator[None]:
     """Leaves Plotly's 5 MB out of each page."""
     from graph.view import writing
 
-    writing.plotly_code = lambda: ""
+    code, writing.plotly_code = writing.plotly_code, lambda: ""
+    try:
+        yield
+    finally:
+        writing.plotly_code = code
+
+
+def _untouched(folder: str) -> int:
+    """1 if something was written through a link into the folder of the key."""
+    names = [one.name for one in Path(folder).iterdir()]
+    return 0 if names == ["key"] and Path(folder, "key").read_text() == "key" else _FAILED
+
+
+def _browse(page: str) -> int:
+    """Opens a page; says what it complains about or asks for."""
+    from tests.support.browser import browse
+
+    with (
+        tempfile.TemporaryDirectory(dir=".") as profile,
+        browse(os.path.abspath(page), os.path.abspath(profile)) as shown,
+    ):
+        wrong = [*shown.complaints(), *shown.requests()]
+    print(*wrong, sep="\n")
+    return _FAILED if wrong else 0
 
 
 def _command(arguments: Sequence[str], output: IO[bytes]) -> tuple[int, str]:
@@ -232,7 +271,8 @@ def _command(arguments: Sequence[str], output: IO[bytes]) -> tuple[int, str]:
     output.seek(0)
     output.truncate()
     with _into(output.fileno()):
-        code = _declare(arguments[1]) if arguments[0] == "declare" else main(list(arguments))
+        own = _OWN.get(arguments[0])
+        code = own(arguments[1]) if own else main(list(arguments))
         sys.stdout.flush()
         sys.stderr.flush()
     output.seek(0)
@@ -248,6 +288,12 @@ def _declare(name: str) -> int:
     except UserError:
         return 2
     return 0
+
+
+_FAILED = 3
+"""An exit code that no command has."""
+_OWN: dict[str, Callable[[str], int]] = {"declare": _declare, "untouched": _untouched, "browse": _browse}
+"""What is done with a file besides the commands of `graph`."""
 
 
 @contextlib.contextmanager
@@ -329,7 +375,7 @@ def main() -> int:
     from concurrent.futures import ThreadPoolExecutor
 
     started, found = time.monotonic(), Found()
-    size = max(1, min(250, args.count // args.jobs))
+    size = max(1, min(CASES, args.count // args.jobs))
     parts = [
         (first, min(size, args.first + args.count - first))
         for first in range(args.first, args.first + args.count, size)
@@ -341,8 +387,9 @@ def main() -> int:
                 print(f"case {case}: {what}", flush=True)
             if found.done // 1000 > (found.done - part.done) // 1000:
                 print(f"{found.done:,} files, {len(found.failures)} failures so far", file=sys.stderr, flush=True)
-    codes = ", ".join(f"{count:,} ended with {code}" for code, count in sorted(found.codes.items()))
-    print(f"{found.done:,} files in {time.monotonic() - started:.0f} s: {codes}; {len(found.failures)} failures")
+    for what, count in sorted(found.commands.items()):
+        print(f"{count:8,} {what}")
+    print(f"{found.done:,} files in {time.monotonic() - started:.0f} s; {len(found.failures)} failures")
     return 1 if found.failures else 0
 
 

@@ -55,15 +55,15 @@ def messages() -> tuple[Said, ...]:
     from graph.sim.messages.ros_types import fields as fields_of
     from graph.sim.messages.ros_types import serialize
 
-    points: Any = np.zeros(1200, [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("radial", "<f4"), ("ring", "<u2")])
-    points["x"], points["y"] = np.cos(np.arange(1200) / 190), np.sin(np.arange(1200) / 190)
-    points["z"], points["ring"] = np.arange(1200) % 4 / 4 - 0.5, np.arange(1200) % 4
+    points: Any = np.zeros(240, [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("radial", "<f4"), ("ring", "<u2")])
+    points["x"], points["y"] = np.cos(np.arange(240) / 38), np.sin(np.arange(240) / 38)
+    points["z"], points["ring"] = np.arange(240) % 4 / 4 - 0.5, np.arange(240) % 4
     kinds = {"<f4": 7, "<u2": 4}
     fields = [
         {"name": name, "offset": points.dtype.fields[name][1], "datatype": kinds[points.dtype[name].str], "count": 1}
         for name in points.dtype.names
     ]
-    cloud = {"fields": fields, "height": 1, "width": 1200, "point_step": points.itemsize, "is_dense": True}
+    cloud = {"fields": fields, "height": 1, "width": 240, "point_step": points.itemsize, "is_dense": True}
     cloud |= {"row_step": points.nbytes, "data": list(points.tobytes())}
     scan = {"angle_min": -1.0, "angle_max": 1.0, "angle_increment": 0.1, "range_max": 9.0, "ranges": [1.0] * 21}
     image = {"height": 4, "width": 4, "encoding": "rgb8", "step": 12, "data": list(range(48))}

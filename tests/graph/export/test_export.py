@@ -227,6 +227,33 @@ def test_nuscenes_names_the_pictures_that_it_does_not_hold(tmp_path):
     assert wrote == f"wrote /points into {tmp_path / 'out'} (nuscenes)"
 
 
+def test_a_data_set_leaves_out_images_that_contradict_themselves(tmp_path):
+    """A recording may be damaged: a wrong width leaves that picture out, and its topic if there is no other."""
+    bus = MessageBus()
+    bus.subscribe(McapSink(tmp_path / "damaged.mcap"))
+    frames = [FrameTransform("world", frame, (0, 0, 1), (0, 0, 0, 1)) for frame in ("lidar", "camera")]
+    bus.publish("/tf_static", TF, transforms(frames, 0), 0)
+    info = {"header": header(0, "camera"), "k": [9, 0, 1, 0, 9, 1, 0, 0, 1], "height": 2, "width": 3}
+    bus.publish("/camera_info", INFO, from_plain(INFO, info), 0)
+    for at, widths in ((0, (3, 9)), (SECOND, (2**32 - 1, 9))):
+        bus.publish("/points", CLOUD, cloud(at), at)
+        for topic, width in zip(("/one", "/none"), widths, strict=True):
+            image = picture(at)
+            image.width = width
+            bus.publish(topic, IMAGE, image, at)
+    bus.close()
+    with open_run(tmp_path / "damaged.mcap") as recording:
+        *notes, wrote = export(recording, "nuscenes", tmp_path / "out")
+    assert notes == [
+        "/one: images are left out: 18 bytes are too few for 4294967295 x 2 pixels",
+        "/none: images are left out: 18 bytes are too few for 9 x 2 pixels",
+    ]
+    assert wrote == f"wrote /points, /one into {tmp_path / 'out'} (nuscenes)"
+    tables = {path.stem: json.loads(path.read_text()) for path in (tmp_path / "out/v1.0-tickgraph").iterdir()}
+    assert [row["channel"] for row in tables["sensor"]] == ["LIDAR_TOP", "CAM_FRONT"]
+    assert len([row for row in tables["sample_data"] if row["fileformat"] == "png"]) == 1
+
+
 def test_pictures_keep_their_pixels_and_depth_is_in_millimetres(tmp_path):
     bus = MessageBus()
     bus.subscribe(McapSink(tmp_path / "run.mcap"))
