@@ -16,6 +16,8 @@ TRANSFORMS = "tf2_msgs/msg/TFMessage"
 STATIC = "_static"
 REACH_NS = 100_000_000
 """Time beyond the first or last transform for which these are still used [ns]."""
+FARTHEST = 1e9
+"""Distance from which on a transform or a point is left out, like one without a number [m]."""
 _DEEPEST = 200
 
 
@@ -36,10 +38,18 @@ class TransformLog:
         self._edges: dict[str, _Edge] = {}
 
     def add(self, message: Any, topic: str) -> None:
-        """Takes the transforms of a message; one with an earlier stamp than the last of its frame is left out."""
+        """Takes the transforms of a message.
+
+        Left out are those with an earlier stamp than the last of their frame and, as tf2 does, those with a position
+        that is not finite or a quaternion far from unit length.
+        """
         static = topic.endswith(STATIC)
         for one in message.transforms:
             stamp = one.header.stamp.sec * 10**9 + one.header.stamp.nanosec
+            at, turn = one.transform.translation, one.transform.rotation
+            place, rotation = (at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w)
+            if not all(abs(one) < FARTHEST for one in place) or not 0.25 < sum(one * one for one in rotation) < 4:
+                continue
             edge = self._edges.get(one.child_frame_id)
             if edge is None or (edge.static and not static):
                 edge = self._edges[one.child_frame_id] = _Edge(one.header.frame_id, static)
@@ -48,8 +58,7 @@ class TransformLog:
             if edge.times and stamp == edge.times[-1]:
                 continue
             edge.times.append(stamp)
-            at, turn = one.transform.translation, one.transform.rotation
-            edge.values.extend((at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w))
+            edge.values.extend((*place, *rotation))
 
     def chain(self, frame: str) -> list[str]:
         """The frame and those above it, up to the root."""

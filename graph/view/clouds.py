@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from graph.export.poses import FARTHEST
 from graph.export.scans import Scan
 from graph.sim.transforms import Floats
 from sensors.writers.palette import indices
@@ -17,8 +18,6 @@ from .thinning import some
 
 LABELS = ("ring", "channel", "class_id", "label", "object_id", "semantic")
 """Beginnings of fields that count or name something, so that their colours span all values."""
-FARTHEST = 1e9
-"""Distance from which on a point is left out, like one without a number [m]."""
 PARTS = ("x", "y", "z", "time", "t", "timestamp")
 """Fields that say where and when, not what."""
 UNITS = {"radial_velocity_ms": "m/s", "vx": "m/s", "vy": "m/s", "vz": "m/s", "rcs": "dBsm", "snr": "dB"}

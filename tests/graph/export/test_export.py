@@ -384,6 +384,19 @@ def test_turns_between_two_transforms_take_the_shorter_arc():
     assert log.poses("f", np.array([2 * SECOND])) is None
 
 
+@pytest.mark.parametrize(
+    ("place", "turn"),
+    [((math.nan, 0, 0), (0, 0, 0, 1)), ((0, -math.inf, 0), (0, 0, 0, 1)), ((0, 0, 1e300), (0, 0, 0, 1)),
+     ((5, 0, 0), (0, 0, 0, 0)), ((5, 0, 0), (0, math.nan, 0, 1))],
+)  # fmt: skip
+def test_a_transform_that_is_not_finite_is_left_out(place, turn):
+    """As tf2 does; the pose between the transforms on its sides is right."""
+    log = TransformLog()
+    for step, (at, rotation) in enumerate([((0, 0, 0), (0, 0, 0, 1)), (place, turn), ((2, 0, 0), (0, 0, 0, 1))]):
+        log.add(transforms([FrameTransform("world", "f", at, rotation)], step * SECOND), "/tf")
+    np.testing.assert_allclose(log.poses("f", np.array([SECOND]))[0][:3, 3], [1, 0, 0], atol=1e-9)
+
+
 def test_an_image_without_pixels_and_a_step_beyond_memory_are_one_line(tmp_path, capsys):
     bus = MessageBus()
     bus.subscribe(McapSink(tmp_path / "run.mcap"))
