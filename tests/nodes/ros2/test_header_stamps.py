@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from graph.sim.transforms import rotation_matrices, slerp
+from tests.support.consumers import columns, placed, seconds, xyz
 
 # A box of 1 kg drifts at 1.1 m/s and turns at 40 deg/s in a room; its lidar sits 0.3 m before its centre.
 WORLD = """\
@@ -92,37 +92,18 @@ def headers(app, topic="/lidar"):
     return [nanoseconds(one.message.header.stamp) for one in app.sink[topic]]
 
 
-def recorded_poses(app):
-    """(times [s], positions, quaternions w x y z) of the lidar in the world, of the TF messages."""
-    sent = [one.message.transforms[0] for one in app.sink["/tf"]]
-    moves = [one.transform for one in sent]
-    return (
-        np.array([nanoseconds(one.header.stamp) * 1e-9 for one in sent]),
-        np.array([[one.translation.x, one.translation.y, one.translation.z] for one in moves]),
-        np.array([[one.rotation.w, one.rotation.x, one.rotation.y, one.rotation.z] for one in moves]),
-    )
-
-
 def off_the_walls(app, *, by_time=False):
     """How far [m] the worst point lies from the walls x = +-8 m, y = +-6 m, put into the world as a consumer does: by
     TF, interpolated at the header's stamp, or (by_time) at each point's own time.
     """
-    times, positions, rotations = recorded_poses(app)
     worst, count = 0.0, 0
     for one in app.sink["/lidar"]:
-        data = np.frombuffer(one.message.data.tobytes(), np.dtype([("xyz", "<f4", 3), ("time", "<f4")]))
-        at = nanoseconds(one.message.header.stamp) * 1e-9 + (
-            data["time"].astype(float) if by_time else np.zeros(len(data))
-        )
-        if at.min() < times[0] or at.max() > times[-1]:
-            continue  # a consumer waits for TF on both sides
-        first = np.clip(np.searchsorted(times, at, side="right") - 1, 0, len(times) - 2)
-        share = (at - times[first]) / (times[first + 1] - times[first])
-        turns = rotation_matrices(slerp(rotations[first], rotations[first + 1], share))
-        origin = positions[first] + share[:, None] * (positions[first + 1] - positions[first])
-        world = np.einsum("nij,nj->ni", turns, data["xyz"].astype(float)) + origin
-        error = np.minimum(np.abs(np.abs(world[:, 0]) - 8), np.abs(np.abs(world[:, 1]) - 6))
-        worst, count = max(worst, float(error.max())), count + len(data)
+        data = columns(one.message)
+        at = seconds(one.message.header.stamp) + (data["time"].astype(float) if by_time else np.zeros(len(data)))
+        world = placed(app.sink, one.message.header, xyz(data), at)
+        if world is not None:
+            error = np.minimum(np.abs(np.abs(world[:, 0]) - 8), np.abs(np.abs(world[:, 1]) - 6))
+            worst, count = max(worst, float(error.max())), count + len(data)
     assert count > 10_000
     return worst
 

@@ -11,10 +11,12 @@ stands; its lidar turns at 10 Hz, 0.3 m before the mount's origin. Bounds [m], f
 - A mount that stands: float32 alone, 1e-5.
 """
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from graph.sim.transforms import rotation_matrices, slerp
+from tests.support.consumers import columns, placed, seconds, xyz
 
 WORLD = """\
 tickgraph: 1
@@ -88,31 +90,13 @@ def drive(tmp_path):
         app.close()
 
 
-def seconds(stamp):
-    return stamp.sec + stamp.nanosec * 1e-9
-
-
-def placed(app, header, points, at):
-    """(n, 3) points in the world: those in the frame Lidar by TF at their times `at` (n,) [s]."""
-    if header.frame_id == "world":
-        return points
-    sent = [one.message.transforms[0] for one in app.sink["/tf"]]
-    times = np.array([seconds(one.header.stamp) for one in sent])
-    moves = [one.transform for one in sent]
-    positions = np.array([[one.translation.x, one.translation.y, one.translation.z] for one in moves])
-    rotations = np.array([[one.rotation.w, one.rotation.x, one.rotation.y, one.rotation.z] for one in moves])
-    if header.frame_id == "Custom":  # which the consumer knows as a static transform
+def in_the_world(app, header, points, at):
+    """(n, 3) points in the world; the consumer knows the custom frame as a static transform of the sensor's."""
+    if header.frame_id == "Custom":
         x, y, z, *_ = TRAFO
         points = np.stack([points[:, 1] - y, x - points[:, 0], points[:, 2] - z], axis=1)  # -90 deg about z
-    else:
-        assert header.frame_id == "Lidar"
-    if at.min() < times[0] or at.max() > times[-1]:
-        return None  # a consumer waits for TF on both sides
-    first = np.clip(np.searchsorted(times, at, side="right") - 1, 0, len(times) - 2)
-    share = (at - times[first]) / (times[first + 1] - times[first])
-    turns = rotation_matrices(slerp(rotations[first], rotations[first + 1], share))
-    origin = positions[first] + share[:, None] * (positions[first + 1] - positions[first])
-    return np.einsum("nij,nj->ni", turns, points) + origin
+        header = SimpleNamespace(frame_id="Lidar")
+    return placed(app.sink, header, points, at)
 
 
 def off_the_walls(found):
@@ -125,14 +109,10 @@ def worst_of_clouds(app, *, by_time):
     worst, count = 0.0, 0
     for one in app.sink["/lidar"]:
         cloud = one.message
-        layout = {"names": [f.name for f in cloud.fields], "offsets": [f.offset for f in cloud.fields]}
-        formats = [{4: "<u2", 7: "<f4"}[field.datatype] for field in cloud.fields]
-        data = np.frombuffer(
-            cloud.data.tobytes(), np.dtype({**layout, "formats": formats, "itemsize": cloud.point_step})
-        )
-        points = np.stack([data[axis] for axis in "xyz"], axis=1).astype(float)
+        data = columns(cloud)
+        points = xyz(data)
         at = np.full(len(data), seconds(cloud.header.stamp)) + (data["time"].astype(float) if by_time else 0.0)
-        found = placed(app, cloud.header, points, at)
+        found = in_the_world(app, cloud.header, points, at)
         if found is not None:
             worst, count = max(worst, off_the_walls(found)), count + len(found)
     assert count > 3000
@@ -147,7 +127,7 @@ def worst_of_scans(app):
         hit = np.flatnonzero(np.isfinite(scan.ranges))
         angle, ranges = scan.angle_min + hit * scan.angle_increment, scan.ranges[hit].astype(float)
         points = np.stack([ranges * np.cos(angle), ranges * np.sin(angle), 0 * angle], axis=1)
-        found = placed(app, scan.header, points, seconds(scan.header.stamp) + hit * scan.time_increment)
+        found = in_the_world(app, scan.header, points, seconds(scan.header.stamp) + hit * scan.time_increment)
         if found is not None:
             worst, count = max(worst, off_the_walls(found)), count + len(found)
     assert count > 3000
