@@ -81,5 +81,6 @@ def _shared(app: App) -> dict[str, PolledSensor]:
 
     app.on("sensors_edited", refresh)
     app.on("stop", end)
+    app.on("stage_closing", end)
     app.on("close", end)
     return shared

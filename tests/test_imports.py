@@ -29,6 +29,7 @@ JOINTS = {
     "graph.view",
     "graph.__main__",
     "graph.usd_files",
+    "graph.isaac",
 }
 """Where engine, world, sensors and nodes come together."""
 

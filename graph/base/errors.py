@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from .shorten import brief
@@ -40,6 +40,10 @@ class Problem:
         return f"{self.mark}: {self.message}" if self.mark else self.message
 
 
+watcher: Callable[[UserError], object] | None = None
+"""Called with every UserError that is made, while a script runs that may catch it."""
+
+
 class UserError(Exception):
     """The user's input is wrong; carries every problem found, one line each. The command exits with status 2."""
 
@@ -50,6 +54,8 @@ class UserError(Exception):
             problems = (problems,)
         self.problems: tuple[Problem, ...] = tuple(dict.fromkeys(problems))
         super().__init__("\n".join(map(str, self.problems)))
+        if watcher is not None:
+            watcher(self)
 
 
 class RunError(Exception):

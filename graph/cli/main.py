@@ -41,16 +41,21 @@ def _leave_memory_to_the_system() -> None:
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A subcommand: its line of help, its module in `graph.cli`, and whether it takes `--/path=value`."""
+    """A subcommand: its line of help, its module in `graph.cli`, and whether it takes `--/path=value`.
+
+    script: whether what follows its first argument belongs to that script.
+    """
 
     help: str
     module: str
     settings: bool = False
+    script: bool = False
 
 
 COMMANDS = {
     "run": Command("play a graph file and report what happened", "run", settings=True),
     "check": Command("validate graph files without running them; explain finds more traps", "check", settings=True),
+    "exec": Command("run an Isaac Sim script (Python code, with your rights) over this engine", "exec", True, True),
     "test": Command("run *.test.yaml tests of graphs and nodes", "test", settings=True),
     "nodes": Command("list node types", "nodes"),
     "node": Command("describe one node type", "node"),
@@ -84,6 +89,21 @@ class _Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         message = _NO_NUMBER.sub(lambda found: f"{found[2]} is not a {_NUMBERS[found[1]]}", message)
         raise _WrongUsage(f"{self.prog}: {message}; see {self.prog} --help")
+
+    def own_arguments(self, arguments: Sequence[str]) -> int:
+        """How many arguments are this command's: its options, and the first that is none, which names a script."""
+        valued = {
+            option
+            for action in self._actions
+            if action.nargs is None and action.const is None
+            for option in action.option_strings
+        }
+        skip = False
+        for index, argument in enumerate(arguments):
+            if not argument.startswith("-") and not skip:
+                return index + 1
+            skip = argument in valued and not skip
+        return len(arguments)
 
     def refuse_unknown_options(self, arguments: Sequence[str]) -> None:
         """Raises _WrongUsage, with the nearest option, for an option that this parser does not have.
@@ -250,8 +270,10 @@ def _dispatch(arguments: list[str], debug: bool) -> int:
     module.add_arguments(parser)
     parser.epilog = f"{f'{parser.epilog}. ' if parser.epilog else ''}The manual: graph help {name}"
     options = rest[rest.index(name) + 1 :]
-    parser.refuse_unknown_options(options)
-    args = parser.parse_args(options)
+    own = parser.own_arguments(options) if command.script else len(options)
+    parser.refuse_unknown_options(options[:own])
+    args = parser.parse_args(options[:own])
+    args.arguments = options[own:]
     args.settings = settings
     args.debug = args.debug or "--debug" in before
     with raised(limits_of(args)), mapped(asset_roots_of(args)):

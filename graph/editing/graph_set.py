@@ -211,6 +211,20 @@ class GraphSet:
             self.app.graphs.pop(path, None)
         graph.close()
 
+    def add(self, graph: Graph) -> None:
+        """Adds a compiled graph."""
+        self._take({}, {graph.path: graph}, {})
+
+    def clear(self) -> None:
+        """Removes every graph."""
+        gone = {**self.graphs, **self._waiting}
+        for known in (self.graphs, self._waiting, self._models, self._given_up, self._patience):
+            known.clear()
+        if self.app is not None:
+            self.app.graphs.clear()
+        for graph in gone.values():
+            graph.close()
+
     def _runs(self, path: str) -> bool:
         return path in self.graphs and self.graphs[path].running
 

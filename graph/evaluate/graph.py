@@ -87,6 +87,12 @@ class Graph(FamiliarGraph):
         """Paths of the graphs with which it exchanges data."""
         self.written: dict[tuple[str, str], Any] = {}
         """Values set since it was compiled, by node name and full attribute name."""
+        self.asked: set[tuple[str, str]] = set()
+        """Outputs that a program reads, by node name and full name; they count as consumed."""
+        self.disabled = False
+        """Whether evaluations of it do nothing."""
+        self.disabled_nodes: set[str] = set()
+        """Names of the nodes whose compute does nothing; see `disable_node`."""
         self.target = target or spec.path
         """The prim that `_OMNI_GRAPH_TARGET` stands for: the prim of this instance, else the graph itself."""
         self.instances: dict[str, Graph] = {}
@@ -127,6 +133,8 @@ class Graph(FamiliarGraph):
         if self._running:
             raise RuntimeError(f"graph {self.path} is being evaluated already; a node cannot evaluate its own graph")
         self.context = context
+        if self.disabled:
+            return
         if not self._told:
             self._told = True
             for code, where, message in self.notes:
@@ -234,6 +242,13 @@ class Graph(FamiliarGraph):
             self.evaluator_state = None  # its plan holds the functions, and nothing else that must be kept
         for instance in self.instances.values():
             instance.observe(wrap)
+
+    def disable_node(self, name: str, disabled: bool) -> None:
+        """Makes the compute of a node do nothing, or work again; edits of the graph do not change that."""
+        names = self.disabled_nodes
+        if not names and disabled:
+            self.observe(lambda node, compute: lambda db: False if node.name in names else compute(db))
+        (names.add if disabled else names.discard)(name)
 
     @property
     def observed(self) -> bool:

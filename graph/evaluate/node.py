@@ -214,7 +214,8 @@ class Node(FamiliarNode):
 
     def consumed(self, name: str) -> bool:
         """Whether anything reads this output."""
-        return (name if name.startswith("outputs:") else f"outputs:{name}") in self.consumed_names
+        full = name if name.startswith("outputs:") else f"outputs:{name}"
+        return full in self.consumed_names or (self.name, full) in self.graph.asked
 
     def attributes(self) -> Iterator[tuple[str, Attribute]]:
         """Full names and declarations of all attributes, inputs first."""

@@ -12,8 +12,8 @@ from graph.node.database import Database, NodeError
 from graph.values.coercion import coerce, dtype_of, shown
 from graph.values.types import TYPES, Type
 
-from .stand_in import ExecutionAttributeState
-
+ENABLED_AND_PUSH = 2
+"""`og.ExecutionAttributeState.ENABLED_AND_PUSH`: follow the output to its end, then compute again."""
 LOGGER = logging.getLogger("tickgraph")
 
 
@@ -38,7 +38,7 @@ class CheckedOutputs:
         db = self._db
         if not hasattr(db.outputs, name):
             if name in db.node.names["outputs"]:
-                if value == ExecutionAttributeState.ENABLED_AND_PUSH:
+                if value == ENABLED_AND_PUSH:
                     db.fire_and_return(name)
                 elif value:
                     db.fire(name)
@@ -124,6 +124,16 @@ class OgnDatabase:
     def shared_state(self) -> Any:
         """The same as `internal_state`: a node has one instance."""
         return self.internal_state
+
+    @property
+    def abi_node(self) -> Any:
+        """The node."""
+        return self._db.node
+
+    @property
+    def abi_context(self) -> Any:
+        """The times of this evaluation."""
+        return self._db.context
 
     def log_warn(self, message: str) -> None:
         """An older name of `log_warning`."""

@@ -17,8 +17,8 @@ from graph.node.declaration import Compute, NodeType
 from graph.node.registry import Registry
 
 from .database import OgnDatabase
+from .kit_modules import advice, importable, kit_modules
 from .reading import OgnNode, read_ogn
-from .stand_in import advice, importable, stage_of
 
 _LOG = logging.getLogger("tickgraph")
 MAX_BYTES = 1_000_000
@@ -95,7 +95,7 @@ def _node_type(node: OgnNode, name: str, implementation: Any) -> NodeType:
 
         def compute(db: Database) -> bool:
             try:
-                with stage_of(db.context.app):
+                with kit_modules(db.context.app):
                     return implementation.compute(view) is not False
             except ImportError as error:
                 raise NodeError(f"{error}{advice(error)}") from error

@@ -96,6 +96,7 @@ class GraphRunner:
             app.on("post_render_graphs", self._quiet(self._run_frames)),
             app.on("play", self._played),
             app.on("stop", self._reset),
+            app.on("stage_closing", self.set.clear),
             app.on("closing", self._quiet(self._close_down)),
             app.on("close", self.close),
             app.settings.subscribe(INTERRUPTS_OFF, self._set_interrupts),

@@ -33,7 +33,7 @@ from .state.playing_world import WhenPlaying, checked_choice
 from .timing.clocks import PhysicsClock
 from .timing.parity import apply_profile
 from .timing.run_loop import RunLoop
-from .timing.timeline import Timeline
+from .timing.timeline import DEFAULT_END_TIME_CODE, Timeline
 from .timing.wall_clock import VirtualClock, WallClock
 from .warnings import WarningList
 from .world import World, open_world
@@ -280,6 +280,31 @@ class App(Suggesting):
     def reset(self, scope: str | Reset = "all") -> None:
         """Starts again while playing: the clocks, the bodies, without added prims, or everything; see `Reset`."""
         reset(self.world, self.driver, scope)
+
+    def take_stage(self, stage: Any = None) -> None:
+        """Puts another stage (a path, a `Usd.Stage`, None: an empty one) in the place of the present one.
+
+        The timeline stops first; render products, graphs and bodies end with their stage. Timeline, settings, message
+        bus, callbacks and the count of updates go on. The physics rate is the one that the stage authors, else 60 Hz.
+        Raises RunError inside an update, and UserError for a file that cannot be opened; then nothing has changed.
+        """
+        from .options import DEFAULT_RATE
+        from .scene.stage import open_stage, time_range
+
+        self.check_drivable()
+        if stage is None or isinstance(stage, (str, Path)):
+            stage = open_stage(stage, None, self.warn)
+        self.stop()
+        self.phases["stage_closing"]()
+        self.world.take_stage(stage)
+        self.rendering.take_stage(stage)
+        self.simulation.take_stage(DEFAULT_RATE)
+        start, end = time_range(stage, self.warn) or (
+            Fraction(0),
+            DEFAULT_END_TIME_CODE / self.timeline.time_codes_per_second,
+        )
+        self.timeline.set_range(start, end)
+        self.phases["stage_opened"]()
 
     # -- clocks and figures ------------------------------------------------------------------------------------------
 

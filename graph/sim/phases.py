@@ -23,10 +23,13 @@ EVENTS = (
     "resume",
     "stop",
     "sensors_edited",
+    "stage_closing",
+    "stage_opened",
     "closing",
     "close",
 )
-"""`sensors_edited`: sensor prims were written, removed or put back while playing; it comes in the next update."""
+"""`sensors_edited`: sensor prims were written, removed or put back while playing; it comes in the next update.
+`stage_closing`, `stage_opened`: another stage takes the place of the present one (`App.take_stage`)."""
 
 
 class Subscribers:

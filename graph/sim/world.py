@@ -190,6 +190,14 @@ class World:
         if self._stage_state is not None:
             self._stage_state.restore()
 
+    def take_stage(self, stage: Any) -> None:
+        """Puts another stage in the place of the present one, while stopped; an MJCF model ends with its stage."""
+        self.fabric.close()
+        self.stage, self.mjcf = stage, None
+        self._stage_state = self._geometry = None
+        self.fabric = self._new_fabric()
+        self.fabric.set(*EXTERNAL_TIME, 0.0)
+
     def close(self) -> None:
         """Stops listening to the stage."""
         self.fabric.close()

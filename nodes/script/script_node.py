@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import traceback
 from dataclasses import dataclass, field
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from graph.base.inputs import start_of
 from graph.evaluate.script_permission import REFUSED
 from graph.node import Attribute, Database, node_type
 from graph.ogn.database import OgnDatabase, log_print
-from graph.ogn.stand_in import OG, advice, importable, stage_of
+from graph.ogn.kit_modules import advice, kit_modules
 
 MAX_BYTES = 1_000_000
 CALLBACKS = ("setup", "compute", "cleanup")
@@ -101,7 +102,9 @@ def _load(db: Database, memory: _Script, origin: tuple[Any, ...]) -> None:
     """Loads a script: defines its functions and calls its setup."""
     source = _text(db, *origin) if len(origin) > 1 else origin[0]
     memory.db = ScriptView(db)
-    memory.names = {"__name__": "__script__", "db": memory.db, "og": OG, "print": log_print}
+    memory.names = {"__name__": "__script__", "db": memory.db, "print": log_print}
+    with kit_modules(db.context.app):
+        memory.names["og"] = import_module("omni.graph.core")
     memory.code = _guarded(db, lambda: compile(source, _label(db), "exec"))
     if any(f"def {name}" in source for name in CALLBACKS):
         _guarded(db, lambda: exec(memory.code, memory.names))
@@ -150,7 +153,7 @@ def _guarded(db: Database, call: Any) -> Any:
     from graph.node.database import NodeError
 
     try:
-        with importable(), stage_of(db.context.app):
+        with kit_modules(db.context.app):
             return call()
     except NodeError:
         raise

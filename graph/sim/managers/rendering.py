@@ -150,6 +150,12 @@ class Rendering(Suggesting):
         if self._time_codes is not None and self._stage.GetTimeCodesPerSecond() != self._time_codes:
             self._stage.SetTimeCodesPerSecond(self._time_codes)
 
+    def take_stage(self, stage: Any) -> None:
+        """Removes every product, because its sensor was on the former stage."""
+        for path in list(self.products):
+            self.scheduler.remove(path)
+        self._stage = stage
+
     def get_dt(self) -> float:
         """The dt of an update [s]: the rate limit's if that is on, else the manual step in manual mode, else the
         limit's.

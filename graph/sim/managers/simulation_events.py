@@ -154,6 +154,12 @@ class SimulationEvents:
         self._watch()
         self._ids = count(FIRST_ID)
 
+    def take_stage(self) -> None:
+        """Watches another stage for deleted prims."""
+        watching = self._watching
+        self.watch_stage(False)
+        self.watch_stage(watching)
+
     def dispatch(self, event: SimulationEvent | IsaacEvents) -> None:
         """Calls the callbacks of an event without payload."""
         callbacks = self._lists[event]

@@ -214,6 +214,14 @@ class ManagedSimulation(Suggesting):
         elif float(authored) != float(self.clock.rate):  # not written by `set_dt`, whose exact rate is used
             self.steps.set_rate(max(Fraction(1), Fraction(int(authored))) if self.truncates else authored)
 
+    def take_stage(self, default_rate: Fraction) -> None:
+        """Takes the rate [Hz] of another stage, which has taken the place of the former one; else `default_rate`."""
+        self.events.take_stage()
+        self._authored_rate = self._world.authored_rate
+        self.setup.scene_path = ""
+        if self._follows_stage_rate:
+            self.steps.set_rate(self._authored_rate or default_rate)
+
     def follow(self, change: Change) -> None:
         """Applies a change of the timeline's state to the world: builds or frees it, calls subscribers."""
         if change == "stop":

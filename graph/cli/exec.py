@@ -1,0 +1,238 @@
+"""`graph exec`: runs an Isaac Sim script, unchanged, over an App, and reports what happened."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from contextlib import ExitStack, redirect_stdout
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from graph.base.errors import RunError, UserError
+from graph.base.inputs import digest
+from graph.base.limits import check
+from graph.base.outputs import make_folder
+
+from .arguments import add_allow, add_fidelity, add_live, check_folder, fidelity_of
+from .printing import counted, say_json, tell
+
+if TYPE_CHECKING:
+    from graph.isaac.script import Script, ScriptError
+    from graph.sim import App
+
+    from .report import Report
+
+EXIT_INTERRUPTED = 130
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command's options."""
+    parser.usage = "graph exec [options] SCRIPT.py [ARGS...]"
+    parser.add_argument("script", metavar="SCRIPT.py", type=Path, help="Isaac Sim script; what follows are its own")
+    parser.add_argument(
+        "--updates", type=int, metavar="N", help="end loops after N app updates: is_running() is then False"
+    )
+    parser.add_argument("--out", type=Path, metavar="DIR", help="write report.json and the recording into DIR")
+    parser.add_argument("--json", action="store_true", help="print the report as JSON; the script prints on stderr")
+    parser.add_argument(
+        "--strict", action="store_true", help="refuse names that do nothing here; exit 1 if the script caught an error"
+    )
+    parser.add_argument("--parity", choices=("documented", "isaacsim-6.0.1"), default="documented", help="the profile")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of every random stream (default 0)")
+    parser.add_argument("--realtime", action="store_true", help="pace updates to the wall clock")
+    parser.add_argument("--rclpy", action="store_true", help="let the script import an rclpy over the message bus")
+    add_fidelity(parser)
+    add_live(parser)
+    add_allow(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Runs the command; returns its exit code."""
+    from graph.isaac.script import Script, ScriptError
+    from graph.isaac.session import Run
+
+    from .run import show_log
+
+    show_log()
+    if args.updates is not None:
+        if args.updates < 0:
+            raise UserError(f"--updates {args.updates}: give a number of updates, 0 or more")
+        check("run.updates", args.updates, f"--updates {args.updates}: too many updates")
+    if args.out:
+        check_folder(args.out)
+    script = Script(args.script, args.arguments)
+    with ExitStack() as held:
+        reporting = _Reporting(args, script, held)
+        one = Run(
+            reporting.make,
+            updates=args.updates,
+            strict=args.strict,
+            opened=reporting.opened,
+            closing=reporting.closing,
+            notes=lambda code, where, message: tell(f"warning {code}: {where}: {message}"),
+            rclpy=args.rclpy,
+        )
+        failure: ScriptError | None = None
+        interrupted = False
+        code = 0
+        with redirect_stdout(sys.stderr) if args.json else ExitStack():
+            try:
+                code = script.run(one)
+            except ScriptError as error:
+                failure = error
+            except KeyboardInterrupt:
+                interrupted = True
+            finally:
+                one.close()
+        sys.stdout.flush()
+        reporting.finish(well=failure is None and not interrupted)
+    for line in script.caught:
+        tell(f"caught by the script: {line}")
+    if failure is not None:
+        if args.debug:
+            import traceback
+
+            traceback.print_exception(failure.cause)
+        tell(f"graph: {failure}")
+        return 2 if isinstance(failure.cause, UserError) and reporting.report is None else 1
+    if interrupted:
+        tell("interrupted")
+        return EXIT_INTERRUPTED
+    if reporting.report is None:
+        tell("the script made no application: nothing was simulated")
+    if args.strict and script.caught:
+        tell(f"strict: the script caught {counted(len(script.caught), 'errors')}")
+        return code or 1
+    return code
+
+
+class _Reporting:
+    """What a run of a script leaves behind: recording, report, table."""
+
+    def __init__(self, args: argparse.Namespace, script: Script, held: ExitStack) -> None:
+        self.report: Report | None = None
+        self._args, self._script, self._held = args, script, held
+        self._output: Any = None
+        self._failures: list[RunError] = []
+
+    def make(self, **options: Any) -> App:
+        """The App of the script."""
+        from graph.session.restage import open_scene
+        from graph.session.runner import GraphRunner
+        from graph.sim import App
+        from graph.sim.timing.wall_clock import RealClock
+
+        args = self._args
+        scene = options.pop("stage", None)
+        settings = {**options.pop("settings", {}), **args.settings}
+        app = App(
+            settings=settings,
+            parity=args.parity,
+            fidelity=fidelity_of(args),
+            seed=args.seed,
+            wall_clock=RealClock() if args.realtime else None,
+            when_playing="recompile",
+            allow=args.allow,
+            **options,
+        )
+        self.runner = GraphRunner(app, [], scripts="run")
+        if scene is not None:
+            open_scene(app, scene, args.allow)
+        from graph.isaac.viewports import author_cameras
+
+        author_cameras(app.stage)
+        return app
+
+    def opened(self, app: App) -> None:
+        """The App is there: counts and records what it publishes from now on."""
+        from graph.sim.messages.bus import CountingSink
+        from graph.sim.transports.targets import connect, read_targets
+
+        from .frames import FrameSink
+
+        self._started = time.perf_counter()
+        self._counter, self._frames = CountingSink(), FrameSink()
+        app.bus.subscribe(self._counter)
+        app.bus.subscribe(self._frames)
+        self._live = []
+        for target in read_targets(self._args.live):
+            sink = connect(app, target)
+            self._live.append(sink)
+            tell(f"live {sink.name}: {sink.transport.place}{target.advice}")
+        out = self._args.out
+        if out:
+            app.output_folder = out
+            self._output = self._files(app, out)
+            app.bus.subscribe(self._output.sink)
+
+    def closing(self, app: App) -> None:
+        """The App is about to be closed: makes the report."""
+        from graph.session.missed_ticks import missed_in_run
+
+        from .explain_topics import shared_topics
+        from .idle_parts import idle_in_run
+        from .report import build_report
+        from .silent_outputs import warn_of_blind_sensors
+
+        try:
+            app.tell_closing()
+        except RunError as error:
+            self._failures.append(error)
+        for sink in self._live:
+            sink.close()
+            for warning in sink.warnings():
+                app.warn(*warning)
+        warn_of_blind_sensors(app)
+        for warning in (
+            *missed_in_run(app),
+            *idle_in_run(app, self.runner),
+            *self._frames.warnings(app.bus),
+            *shared_topics(app.bus),
+        ):
+            app.warn(*warning)
+        wall = time.perf_counter() - self._started
+        self.report = build_report(app, self.runner, self._counter, wall, self._live)
+
+    def finish(self, *, well: bool) -> None:
+        """Writes the report, and prints the table."""
+        from .report import print_table, warning_lines
+
+        if self.report is None:
+            return
+        if self._output is not None:
+            self._output.sink.close()
+        if self._script.caught:
+            self.report["caught"] = self._script.caught
+        lines = [] if self._output is None else self._output.finish(self.report, well=well)
+        if self._args.json:
+            say_json(self.report)
+        else:
+            from rich.console import Console
+
+            print_table(self.report, Console(stderr=True, width=None if sys.stderr.isatty() else 120))
+        for line in (*lines, *warning_lines(self.report)):
+            tell(line)
+        for failure in self._failures:
+            tell(f"graph: {failure}")
+
+    def _files(self, app: App, out: Path) -> Any:
+        from graph.spec.file_spec import RecordSpec
+
+        from .main import version
+        from .output_folder import Output, locked
+
+        try:
+            make_folder(out)
+        except OSError as error:
+            raise UserError(f"--out {out}: {error.strerror}; name a folder that can be written") from None
+        self._held.enter_context(locked(out, "name another folder, or let that run end"))
+        provenance = {
+            "file": self._args.script.name,
+            "sha256": digest(self._args.script),
+            "seed": str(self._args.seed),
+            "version": version(),
+            "arguments": json.dumps(self._args.arguments),
+        }
+        return Output(out, RecordSpec(), (self._args.script,), provenance)

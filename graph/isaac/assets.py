@@ -1,0 +1,50 @@
+"""Where the assets of a script are: addresses and relative names to local files."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from graph.base import asset_roots
+
+from .session import app_or_none, warn
+
+ROOT_SETTING = "/persistent/isaac/asset_root/default"
+UNMAPPED = "https://omniverse-content-production.s3-us-west-2.amazonaws.com/Assets/Isaac/6.0"
+"""The address that scripts get while no asset root is mapped."""
+
+
+def root() -> str:
+    """The root of the product's assets: the setting, else the mapped root, else the public address."""
+    app = app_or_none()
+    given = app.settings.get(ROOT_SETTING) if app is not None else None
+    if given:
+        return str(given).rstrip("/")
+    for prefix in asset_roots.present():
+        if "Isaac" in prefix or prefix.startswith(("omniverse://", "http")):
+            return prefix.rstrip("/")
+    return UNMAPPED
+
+
+def local_path(address: str) -> str | None:
+    """The local file of an address or a path; None if it is remote and not mapped, or missing."""
+    text = str(address)
+    found = asset_roots.local_file(text)
+    if found is None and "://" in text:
+        if not text.startswith("file://"):
+            return None
+        text = text.removeprefix("file://")
+    if found is None:
+        found = Path(os.path.expanduser(text))
+    return str(found) if found.exists() else None
+
+
+def missing(address: str, wanted_by: str) -> None:
+    """Says that an asset is not here, and what makes it available."""
+    text = str(address)
+    if "://" in text:
+        prefix = text.split("/Isaac/")[0] if "/Isaac/" in text else text.rpartition("/")[0]
+        what = f"{text} is not downloaded; give its folder with --asset-root {prefix}=DIR"
+    else:
+        what = f"{text} does not exist"
+    warn("asset-missing", wanted_by, f"{what}. {wanted_by} stays empty")

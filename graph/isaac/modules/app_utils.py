@@ -1,0 +1,61 @@
+"""`isaacsim.core.experimental.utils.app` and the older ways to enable extensions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from graph.isaac.session import kit
+from graph.sim.app_utils import is_paused, is_playing, is_stopped, pause, play, stop
+
+__all__ = [
+    "disable_extension",
+    "enable_extension",
+    "get_extension_id",
+    "get_extension_path_from_name",
+    "is_extension_enabled",
+    "is_paused",
+    "is_playing",
+    "is_stopped",
+    "pause",
+    "play",
+    "stop",
+    "update_app",
+    "update_app_async",
+]
+
+
+def update_app(*, steps: int = 1, callback: Callable[[int, int], Any] | None = None) -> None:
+    for done in range(1, steps + 1):
+        kit().update()
+        if callback is not None and callback(done, steps) is False:
+            return
+
+
+async def update_app_async(*, steps: int = 1, callback: Callable[[int, int], Any] | None = None) -> None:
+    for done in range(1, steps + 1):
+        await kit().next_update()
+        if callback is not None and callback(done, steps) is False:
+            return
+
+
+def enable_extension(name: str, *, enabled: bool = True) -> bool:
+    return True
+
+
+def disable_extension(name: str) -> bool:
+    return True
+
+
+def is_extension_enabled(name: str) -> bool:
+    return True
+
+
+def get_extension_id(name: str) -> str:
+    return f"{name}-6.0.1"
+
+
+def get_extension_path_from_name(name: str) -> str:
+    from .kit_app import get_app
+
+    return get_app().get_extension_manager().get_extension_path(name)

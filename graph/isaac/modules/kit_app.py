@@ -1,0 +1,144 @@
+"""`omni.kit.app`: the application."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from graph.isaac.events import EventStream
+from graph.isaac.outcomes import tell_inert
+from graph.isaac.session import RUN, app, kit
+
+__all__ = [
+    "GLOBAL_EVENT_POST_UPDATE",
+    "GLOBAL_EVENT_PRE_UPDATE",
+    "GLOBAL_EVENT_UPDATE",
+    "ExtensionManager",
+    "IApp",
+    "get_app",
+    "get_app_interface",
+]
+GLOBAL_EVENT_PRE_UPDATE = "omni.kit.app:pre_update"
+GLOBAL_EVENT_UPDATE = "omni.kit.app:update"
+GLOBAL_EVENT_POST_UPDATE = "omni.kit.app:post_update"
+
+
+class ExtensionManager:
+    def set_extension_enabled_immediate(self, extension_id: str, enabled: bool) -> bool:
+        return True
+
+    def set_extension_enabled(self, extension_id: str, enabled: bool) -> None:
+        return None
+
+    def is_extension_enabled(self, ext_name: str) -> bool:
+        return True
+
+    def get_enabled_extension_id(self, ext_name: str) -> str:
+        return f"{ext_name}-6.0.1"
+
+    def get_extension_dict(self, ext_id: str) -> dict[str, Any]:
+        return {"package": {"id": ext_id, "version": "6.0.1"}}
+
+    def get_extensions(self) -> tuple[dict[str, Any], ...]:
+        return ()
+
+    def get_extension_path(self, ext_id: str) -> str:
+        from graph.isaac.outcomes import UnsupportedError
+
+        raise UnsupportedError(f"the files of the extension {ext_id} are not here; name your own files in the script")
+
+    def fetch_extension_versions(self, ext_name: str) -> list[dict[str, Any]]:
+        return [{"id": f"{ext_name}-6.0.1"}]
+
+    def subscribe_to_extension_enable(self, *_: Any, **__: Any) -> None:
+        tell_inert("omni.kit.app.ExtensionManager.subscribe_to_extension_enable")
+
+
+class IApp:
+    def update(self) -> None:
+        kit().update()
+
+    def is_running(self) -> bool:
+        run = RUN.get()
+        return run is None or not run.over()
+
+    def post_quit(self, return_code: int = 0) -> None:
+        run = RUN.get()
+        if run is not None:
+            run.code = return_code
+
+    post_uncancellable_quit = post_quit
+
+    def print_and_log(self, message: str) -> None:
+        print(message)
+
+    async def next_update_async(self) -> float:
+        return await kit().next_update()
+
+    pre_update_async = next_update_async
+    post_update_async = next_update_async
+
+    def get_extension_manager(self) -> ExtensionManager:
+        return kit().singleton(ExtensionManager, ExtensionManager)
+
+    def get_update_event_stream(self, runloop_name: str = "main") -> EventStream:
+        return kit().update_stream
+
+    def get_pre_update_event_stream(self, runloop_name: str = "main") -> EventStream:
+        return kit().pre_update
+
+    def get_post_update_event_stream(self, runloop_name: str = "main") -> EventStream:
+        return kit().post_update
+
+    def get_message_bus_event_stream(self, runloop_name: str = "main") -> EventStream:
+        return kit().messages
+
+    def get_shutdown_event_stream(self) -> EventStream:
+        return kit().other_events
+
+    get_startup_event_stream = get_log_event_stream = get_shutdown_event_stream
+
+    def get_update_number(self) -> int:
+        return app().update_index
+
+    def get_time_since_start_s(self) -> float:
+        return float(app().loop_time)
+
+    def get_time_since_start_ms(self) -> float:
+        return 1000 * self.get_time_since_start_s()
+
+    def get_app_name(self) -> str:
+        return "Isaac-Sim"
+
+    def get_app_version(self) -> str:
+        return "6.0.1"
+
+    def get_kit_version(self) -> str:
+        return "107.3"
+
+    get_build_version = get_kit_version
+
+    def is_app_ready(self) -> bool:
+        return True
+
+    def delay_app_ready(self, requester_name: str) -> None:
+        return None
+
+    def startup(self, *_: Any) -> None:
+        return None
+
+    def shutdown(self) -> int:
+        run = RUN.get()
+        if run is not None:
+            run.close()
+        return 0
+
+
+_IAPP = IApp()
+
+
+def get_app() -> IApp:
+    return _IAPP
+
+
+def get_app_interface() -> IApp:
+    return _IAPP

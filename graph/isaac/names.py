@@ -1,0 +1,92 @@
+"""The table `names.txt`: which modules and names of Isaac Sim exist here, and what becomes of each.
+
+    omni.timeline = timeline               the module has the names of graph/isaac/modules/timeline.py
+    omni.isaac.kit > isaacsim              an old name of another module
+    omni.ui                                a module without code of its own
+      B Window class                       exists and does nothing; the value that it gives
+      C Painter why; what instead          refuses at its first use
+
+Rows below a module line belong to it; the name `*` stands for every name.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cache
+from importlib import resources
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A name without behaviour: `kind` B (does nothing, gives `text`) or C (refuses, because of `text`)."""
+
+    kind: str
+    text: str
+
+
+@dataclass(slots=True)
+class Names:
+    """What a module has."""
+
+    known: bool = False
+    homes: tuple[str, ...] = ()
+    """Modules in graph/isaac/modules whose `__all__` it has."""
+    rows: dict[str, Row] = field(default_factory=dict)
+    instead: str = ""
+    """The present name of a module with an old name."""
+    submodules: set[str] = field(default_factory=set)
+
+    def row(self, name: str) -> Row | None:
+        """The row of a name, or of all names."""
+        return self.rows.get(name) or self.rows.get("*")
+
+    def public(self) -> list[str]:
+        """All names, sorted."""
+        from importlib import import_module
+
+        homes = [import_module(f"graph.isaac.modules.{home}").__all__ for home in self.homes]
+        return sorted({name for home in homes for name in home} | (self.rows.keys() - {"*"}))
+
+
+@cache
+def table() -> dict[str, Names]:
+    """Every module by its full name, parents included."""
+    found: dict[str, Names] = {}
+    old: dict[str, str] = {}
+    present = Names()
+    for line in resources.files(__package__).joinpath("names.txt").read_text(encoding="utf-8").splitlines():
+        if not line or line.startswith("#"):
+            continue
+        if line.startswith(" "):
+            kind, names, text = line.split(maxsplit=2)
+            present.rows.update(dict.fromkeys(names.split(","), Row(kind, text)))
+            continue
+        name, sign, rest = (part.strip() for part in (*line.split(maxsplit=2), "", "")[:3])
+        present = found.setdefault(name, Names())
+        present.known = True
+        if sign == "=":
+            present.homes = tuple(rest.split())
+        elif sign == ">":
+            old[name] = rest
+    for name, instead in old.items():
+        target = found[instead]
+        made = found[name]
+        made.homes, made.rows, made.instead = target.homes, {**target.rows, **made.rows}, instead
+    for name in list(found):
+        while name:
+            parent, _, last = name.rpartition(".")
+            if parent:
+                above = found.setdefault(parent, Names())
+                above.known = True
+                above.submodules.add(last)
+            name = parent
+    found.pop("pxr", None)
+    return found
+
+
+_NONE = Names()
+
+
+def names_of(module: str) -> Names:
+    """What a module has; an unknown one has nothing."""
+    return table().get(module, _NONE)

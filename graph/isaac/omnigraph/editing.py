@@ -1,0 +1,226 @@
+"""Edits that OmniGraph has beside those of `graph.isaac.og`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any
+
+from graph.isaac.og import Controller, OmniGraphError, TypedValue
+from graph.isaac.og.names import node_text
+from graph.editing.graph_set import GraphSet
+from graph.editing.model import Model
+from graph.spec.file_spec import GraphSpec
+
+from .enums import AttributePortType, ExtendedAttributeType
+from .handles import Attribute, Handle, Node, tell_changed
+
+_PREFIXES = {AttributePortType.INPUT: "inputs", AttributePortType.OUTPUT: "outputs", AttributePortType.STATE: "state"}
+
+
+def plain(value: Any) -> Any:
+    """A value as edits take it: handles, prims and paths of any kind as text."""
+    if isinstance(value, Handle):
+        return value.path
+    if hasattr(value, "GetPath") and not isinstance(value, type):
+        return str(value.GetPath())
+    if type(value).__name__ == "Path" and not hasattr(value, "joinpath"):
+        return str(value)
+    if isinstance(value, TypedValue):
+        return TypedValue(plain(value.value), str(getattr(value.type, "name", value.type)))
+    if isinstance(value, (list, tuple)) and value and not isinstance(value[0], (int, float, bool)):
+        return type(value)(plain(one) for one in value) if type(value) in (list, tuple) else value
+    return value
+
+
+def set_value(attribute: Attribute, value: Any) -> None:
+    """Sets an input, state, or an output (which keeps it until its node computes), and calls its callback."""
+    ours = attribute.ours
+    name, node = ours.full_name, ours.node
+    if name.startswith("outputs:"):
+        from graph.evaluate.node import storage_place
+        from graph.values.coercion import coerce
+
+        prefix, short = storage_place(name)
+        type_ = node.types.get(name)
+        try:
+            setattr(getattr(node.db, prefix), short, value if type_ is None else coerce(type_, plain(value)))
+        except (ValueError, AttributeError) as error:
+            raise OmniGraphError(f"{attribute.path}: {error}") from None
+    else:
+        with_flag = plain(value)
+        type_ = node.types.get(name)
+        if type_ is not None and type_.storage == "bool" and type(with_flag) is int and with_flag in (0, 1):
+            with_flag = bool(with_flag)
+        attribute._edit.set(attribute.path, with_flag)
+    tell_changed(attribute)
+
+
+def connections(graphs: GraphSet, path: str) -> list[tuple[str, str]]:
+    """The connections of a graph and of those that it is linked with, by the paths of both ends."""
+    found: dict[tuple[str, str], None] = {}
+    for one in graphs.linked_with(path):
+        graph = graphs.latest(one)
+        if graph is None:
+            continue
+        for ends in Model(graph.spec, graphs.registry).connections:
+            source, target = (end if end.startswith("/") else f"{one}/{end}" for end in ends)
+            found[source, target] = None
+    return list(found)
+
+
+def disconnect_all(graphs: GraphSet, path: str) -> None:
+    """Removes every connection of an attribute."""
+    owner = graphs.owner_of(path.rpartition(".")[0])
+    if owner is None:
+        raise OmniGraphError(f'"{path}" is not a legal attribute')
+    editor = Controller(graphs=graphs)
+    for source, target in connections(graphs, owner.path):
+        if path in (source, target):
+            editor.disconnect(source, target)
+
+
+def create_attribute(
+    node: Node, name: str, kind: Any, port: Any = AttributePortType.INPUT, value: Any = None, extended: Any = 0
+) -> Attribute | None:
+    """Adds an attribute to a node; None if it is there already."""
+    prefix = _PREFIXES[AttributePortType(port)]
+    full = name if name.partition(":")[0] in _PREFIXES.values() else f"{prefix}:{name}"
+    if node.get_attribute(full) is not None:
+        return None
+    text = kind_name(kind) if int(extended) == ExtendedAttributeType.REGULAR else "any"
+    node._edit.edit(node.ours.graph, {Controller.Keys.CREATE_ATTRIBUTES: [(f"{node.path}.{full}", text)]})
+    made = Attribute(node, full)
+    if value is not None:
+        set_value(made, value)
+    return made
+
+
+def kind_name(kind: Any) -> str:
+    """The OGN name of a type given as text, as `Type` or as Sdf's value type name."""
+    if not isinstance(kind, str) and hasattr(kind, "type") and hasattr(kind, "role"):
+        from .types import AttributeType
+
+        return AttributeType.type_from_sdf_type_name(kind).name
+    return str(getattr(kind, "name", kind))
+
+
+def remove_attribute(node: Node, name: str) -> bool:
+    """Removes an attribute that was added to a node; False if the type declares it, or it is missing."""
+    found = node.get_attribute(name)
+    if found is None or not found.is_dynamic():
+        return False
+    disconnect_all(node._graphs, found.path)
+
+    def without(spec: GraphSpec) -> GraphSpec:
+        return replace(
+            spec,
+            nodes=tuple(
+                replace(
+                    one,
+                    attributes={key: kind for key, kind in one.attributes.items() if key != found.full_name},
+                    inputs={key: value for key, value in one.inputs.items() if key != found.full_name},
+                )
+                if one.name == node.ours.name
+                else one
+                for one in spec.nodes
+            ),
+        )
+
+    _respecify(node._graphs, node.ours.graph.path, without)
+    return True
+
+
+def remove_variable(graphs: GraphSet, path: str, name: str) -> bool:
+    """Removes a variable of a graph; False if a node reads or writes it, or it is missing."""
+    graph = graphs.get(path)
+    if name not in graph.variables:
+        return False
+    try:
+        _respecify(
+            graphs, path, lambda spec: replace(spec, variables={k: v for k, v in spec.variables.items() if k != name})
+        )
+    except OmniGraphError:
+        return False
+    return True
+
+
+def rename_node(graphs: GraphSet, path: str, old: str, new: str) -> bool:
+    """Gives a node another name; it keeps its values and connections, and loses its memory."""
+    before, after = (str(one).removeprefix(f"{path}/") for one in (old, new))
+    graph = graphs.get(path)
+    if before not in graph.nodes or after in graph.nodes:
+        return False
+
+    def end(text: str) -> str:
+        owner, dot, attribute = text.rpartition(".")
+        return f"{after if owner == before else owner}{dot}{attribute}"
+
+    def renamed(spec: GraphSpec) -> GraphSpec:
+        return replace(
+            spec,
+            nodes=tuple(replace(one, name=after) if one.name == before else one for one in spec.nodes),
+            connections=tuple(replace(one, source=end(one.source), target=end(one.target)) for one in spec.connections),
+        )
+
+    _respecify(graphs, path, renamed)
+    return True
+
+
+def _respecify(graphs: GraphSet, path: str, change: Any) -> None:
+    from graph.base.errors import UserError
+
+    try:
+        graphs.forget(path)
+        graphs.apply([change(graphs.current_spec(path))], {})
+    except UserError as error:
+        raise OmniGraphError(error.problems) from None
+
+
+def split_existing(
+    graphs: GraphSet, path: str, commands: dict[str, Any], *, nodes: bool, attributes: bool, prims: bool
+) -> dict[str, Node]:
+    """Takes entries of what may exist, and does, out of an edit; returns the nodes among them by their names."""
+    from graph.isaac.og.names import listed
+
+    found: dict[str, Node] = {}
+    if nodes and Controller.Keys.CREATE_NODES in commands:
+        left = []
+        for entry in listed(commands[Controller.Keys.CREATE_NODES]):
+            name = node_text(entry[0])
+            there = Node(graphs, name if name.startswith("/") else f"{path}/{name}")
+            if there.is_valid() and there.get_type_name() == str(getattr(entry[1], "id", entry[1])):
+                found[name] = there
+            else:
+                left.append(entry)
+        commands[Controller.Keys.CREATE_NODES] = left
+    if attributes and Controller.Keys.CREATE_ATTRIBUTES in commands:
+        left = []
+        for entry in listed(commands[Controller.Keys.CREATE_ATTRIBUTES]):
+            owner, _, name = str(getattr(entry[0], "path", entry[0])).rpartition(".")
+            there = Node(graphs, owner if owner.startswith("/") else f"{path}/{owner}")
+            if not (there.is_valid() and there.get_attribute_exists(name)):
+                left.append(entry)
+        commands[Controller.Keys.CREATE_ATTRIBUTES] = left
+    if prims and graphs.app is not None and Controller.Keys.CREATE_PRIMS in commands:
+        stage = graphs.app.stage
+        commands[Controller.Keys.CREATE_PRIMS] = [
+            entry
+            for entry in listed(commands[Controller.Keys.CREATE_PRIMS])
+            if not stage.GetPrimAtPath(str(entry[0] if isinstance(entry, (tuple, list)) else entry))
+        ]
+    return found
+
+
+def one_by_one(controller: Any, graph_id: Any, commands: Mapping[str, Any]) -> None:
+    """Makes the entries of an edit one at a time, up to the first that fails, as the product does."""
+    from graph.isaac.og.keys import ORDER
+    from graph.isaac.og.names import listed
+
+    path: Any = graph_id
+    with suppress(OmniGraphError):
+        path = controller.edit(graph_id, {})[0].path
+        for key in ORDER:
+            for entry in listed(commands.get(key, [])):
+                controller.edit(path, {key: [entry]})

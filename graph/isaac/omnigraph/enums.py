@@ -1,0 +1,144 @@
+"""OmniGraph's enumerations, with their numbers."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+ACCORDING_TO_CONTEXT_GRAPH_INDEX = 2**64 - 2
+AUTHORING_GRAPH_INDEX = 2**64 - 1
+INSTANCING_GRAPH_TARGET_PATH = "_OMNI_GRAPH_TARGET"
+
+
+class GraphPipelineStage(IntEnum):
+    GRAPH_PIPELINE_STAGE_SIMULATION = 10
+    GRAPH_PIPELINE_STAGE_PRERENDER = 20
+    GRAPH_PIPELINE_STAGE_POSTRENDER = 30
+    GRAPH_PIPELINE_STAGE_UNKNOWN = 100
+    GRAPH_PIPELINE_STAGE_ONDEMAND = 200
+
+
+class GraphEvaluationMode(IntEnum):
+    GRAPH_EVALUATION_MODE_AUTOMATIC = 0
+    GRAPH_EVALUATION_MODE_STANDALONE = 1
+    GRAPH_EVALUATION_MODE_INSTANCED = 2
+
+
+class GraphBackingType(IntEnum):
+    GRAPH_BACKING_TYPE_FABRIC_SHARED = 0
+    GRAPH_BACKING_TYPE_FLATCACHE_SHARED = 0
+    GRAPH_BACKING_TYPE_FABRIC_WITH_HISTORY = 1
+    GRAPH_BACKING_TYPE_FLATCACHE_WITH_HISTORY = 1
+    GRAPH_BACKING_TYPE_FABRIC_WITHOUT_HISTORY = 2
+    GRAPH_BACKING_TYPE_FLATCACHE_WITHOUT_HISTORY = 2
+    GRAPH_BACKING_TYPE_UNKNOWN = 3
+    GRAPH_BACKING_TYPE_NONE = 4
+
+
+class AttributePortType(IntEnum):
+    INPUT = 0
+    ATTRIBUTE_PORT_TYPE_INPUT = 0
+    OUTPUT = 1
+    ATTRIBUTE_PORT_TYPE_OUTPUT = 1
+    STATE = 2
+    ATTRIBUTE_PORT_TYPE_STATE = 2
+    UNKNOWN = 3
+    ATTRIBUTE_PORT_TYPE_UNKNOWN = 3
+
+
+class ExtendedAttributeType(IntEnum):
+    REGULAR = 0
+    EXTENDED_ATTR_TYPE_REGULAR = 0
+    UNION = 1
+    EXTENDED_ATTR_TYPE_UNION = 1
+    ANY = 2
+    EXTENDED_ATTR_TYPE_ANY = 2
+
+
+class ExecutionAttributeState(IntEnum):
+    """What may be assigned to an execution output."""
+
+    DISABLED = 0
+    ENABLED = 1
+    ENABLED_AND_PUSH = 2
+    LATENT_PUSH = 3
+    LATENT_FINISH = 4
+
+
+class ConnectionType(IntEnum):
+    CONNECTION_TYPE_REGULAR = 0
+    CONNECTION_TYPE_DATA_ONLY = 1
+    CONNECTION_TYPE_EXECUTION = 2
+
+
+class MemoryType(IntEnum):
+    CPU = 0
+    CUDA = 1
+    ANY = 2
+
+
+class Severity(IntEnum):
+    INFO = 0
+    WARNING = 1
+    ERROR = 2
+
+
+class GraphEvent(IntEnum):
+    CREATE_VARIABLE = 0
+    REMOVE_VARIABLE = 1
+    VARIABLE_TYPE_CHANGE = 5
+
+
+class NodeEvent(IntEnum):
+    CREATE_ATTRIBUTE = 0
+    REMOVE_ATTRIBUTE = 1
+    ATTRIBUTE_TYPE_RESOLVE = 2
+
+
+class eVariableScope(IntEnum):  # noqa: N801
+    E_PRIVATE = 0
+    E_READ_ONLY = 1
+    E_PUBLIC = 2
+
+
+class BaseDataType(IntEnum):
+    UNKNOWN = 0
+    BOOL = 1
+    UCHAR = 2
+    INT = 3
+    UINT = 4
+    INT64 = 5
+    UINT64 = 6
+    HALF = 7
+    FLOAT = 8
+    DOUBLE = 9
+    TOKEN = 10
+    RELATIONSHIP = 11
+    ASSET = 12
+    PRIM = 13
+    CONNECTION = 14
+    TAG = 15
+
+
+class AttributeRole(IntEnum):
+    NONE = 0
+    VECTOR = 1
+    NORMAL = 2
+    POSITION = 3
+    COLOR = 4
+    TEXCOORD = 5
+    QUATERNION = 6
+    TRANSFORM = 7
+    FRAME = 8
+    TIMECODE = 9
+    TEXT = 10
+    APPLIED_SCHEMA = 11
+    PRIM_TYPE_NAME = 12
+    EXECUTION = 13
+    MATRIX = 14
+    OBJECT_ID = 15
+    BUNDLE = 16
+    PATH = 17
+    INSTANCED_ATTRIBUTE = 18
+    ANCESTOR_PRIM_TYPE_NAME = 19
+    TARGET = 20
+    UNKNOWN = 21
