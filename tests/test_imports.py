@@ -29,7 +29,6 @@ JOINTS = {
     "graph.view",
     "graph.__main__",
     "graph.usd_files",
-    "graph.isaac",
 }
 """Where engine, world, sensors and nodes come together."""
 

@@ -91,7 +91,7 @@ class _Parser(argparse.ArgumentParser):
         raise _WrongUsage(f"{self.prog}: {message}; see {self.prog} --help")
 
     def own_arguments(self, arguments: Sequence[str]) -> int:
-        """How many arguments are this command's: its options, and the first that is none, which names a script."""
+        """The number of this command's own arguments: its options, and the script, the first one without a dash."""
         valued = {
             option
             for action in self._actions

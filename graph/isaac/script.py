@@ -91,7 +91,7 @@ class Script:
         try:
             if not self.makes_app:
                 run.from_editor = True
-                run.open()
+                run.begin()
             module = _main_module(self.path, editor=not self.makes_app)
             sys.modules["__main__"] = module
             self._execute(module, run)

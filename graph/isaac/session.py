@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from graph.base.errors import RunError, UserError
 from graph.sim import entered
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 GRACE = 5
 """Updates that a script may still make after the limit, to end its loop by itself."""
+MOST_ENDS = 20
+"""How often a script may catch its end."""
 
 
 class ScriptEnd(BaseException):
@@ -31,8 +33,8 @@ class Run:
     """One run of a script: how its App is made, its limits, and what happens at its end.
 
     make: makes the App from options of `App`. opened, closing: called with the App when it is there, and before it is
-    closed. updates: after so many, `is_running()` is False; a few later the script is ended. strict: refuses names that
-    do nothing.
+    closed. stuck: ends the process of a script that catches its end again and again. updates: after so many,
+    `is_running()` is False; a few later the script is ended. strict: refuses names that do nothing.
     """
 
     def __init__(
@@ -45,11 +47,13 @@ class Run:
         closing: Callable[[App], None] = lambda app: None,
         each_update: Callable[[], None] = lambda: None,
         notes: Callable[[str, str, str], None] = lambda code, where, message: None,
+        stuck: Callable[[int], None] = lambda code: None,
         rclpy: bool = False,
     ) -> None:
         self.make, self.updates, self.strict = make, updates, strict
         self.opened, self.closing, self.each_update, self.notes = opened, closing, each_update, notes
-        self.rclpy = rclpy
+        self.stuck, self.rclpy = stuck, rclpy
+        self._ends = 0
         self.app: App | None = None
         self.code: int | None = None
         """The exit code once the script asked for its end."""
@@ -57,7 +61,7 @@ class Run:
         self.from_editor = False
         """Whether it is a snippet of the Script Editor: the App is there before it begins."""
 
-    def open(self, **options: Any) -> App:
+    def begin(self, **options: Any) -> App:
         """Makes and enters the App. Raises RunError if there is one: Kit runs one in a process."""
         if self.app is not None:
             raise RunError("there is a SimulationApp already; a process runs one")
@@ -89,13 +93,21 @@ class Run:
     def check(self) -> None:
         """Called before each update. Raises ScriptEnd after the end, and when the limit is far behind."""
         if self.ended:
-            raise ScriptEnd(self.code or 0)
+            self._end()
         self.each_update()
         if self.app is None:
             return
         late = self.updates is not None and self.app.update_index >= self.updates + GRACE
         if late or self.app.exit_requested:
-            raise ScriptEnd(self.code or 0)
+            self._end()
+
+    def _end(self) -> NoReturn:
+        """Ends the script; one that goes on in spite of it, by a bare `except:`, is left with its process."""
+        self._ends += 1
+        if self._ends > MOST_ENDS:
+            self.close()
+            self.stuck(self.code or 0)
+        raise ScriptEnd(self.code or 0)
 
 
 RUN: ContextVar[Run | None] = ContextVar("run", default=None)

@@ -40,7 +40,16 @@ from graph.isaac.omnigraph.enums import (
     Severity,
     eVariableScope,
 )
-from graph.isaac.omnigraph.handles import STAGES, Attribute, AttributeData, Graph, GraphContext, IVariable, Node, NodeType
+from graph.isaac.omnigraph.handles import (
+    STAGES,
+    Attribute,
+    AttributeData,
+    Graph,
+    GraphContext,
+    IVariable,
+    Node,
+    NodeType,
+)
 from graph.isaac.omnigraph.types import AttributeType, Type
 from graph.ogn.database import OgnDatabase as Database
 

@@ -70,7 +70,7 @@ class SimulationApp:
                 f"{base}/enabledForHydraEngines": "0,1,2,3,4",
             }
         file = str(experience or self.config["experience"] or "")
-        run.open(
+        run.begin(
             stage=_local(self.config["open_usd"]) if self.config["open_usd"] else None,
             settings=settings,
             experience=experience_of(file),

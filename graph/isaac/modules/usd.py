@@ -239,21 +239,19 @@ def _told(on_finish: Any, done: bool) -> bool:
 
 def save(url: str) -> bool:
     """Writes the stage, flattened, to a local file."""
-    from graph.base.outputs import write
+    from graph.base.outputs import check_no_link
 
     if "://" in url:
         app().warn("stage-not-saved", url, "remote addresses cannot be written; give a local file")
         return False
     try:
-        if url.endswith((".usdc", ".usd", ".usdz")):
-            done = bool(app().stage.Flatten().Export(url))
-        else:
-            write(Path(url), app().stage.Flatten().ExportToString())
-            done = True
-    except OSError as error:
+        check_no_link(Path(url))
+        if not app().stage.Flatten().Export(url):
+            raise OSError("USD cannot write this file")
+    except (OSError, UserError) as error:
         app().warn("stage-not-saved", url, str(error))
         return False
-    return done
+    return True
 
 
 def get_prim_at_path(path: Any, usd_context_name: Any = "") -> Any:

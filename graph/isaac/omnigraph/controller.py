@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any
 
+from graph.editing.graph_set import GraphSet
 from graph.isaac.og import Controller as OurController
 from graph.isaac.og import Keys as OurKeys
 from graph.isaac.og import OmniGraphError, TypedValue, find
@@ -13,7 +14,6 @@ from graph.isaac.og.controller import OnEither
 from graph.isaac.og.keys import PrimExposureType
 from graph.isaac.og.names import node_text
 from graph.isaac.og.present import present_set
-from graph.editing.graph_set import GraphSet
 from graph.isaac.session import app_or_none
 from graph.session.runner import graphs_of
 

@@ -7,10 +7,10 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
-from graph.isaac.og import Controller, OmniGraphError, TypedValue
-from graph.isaac.og.names import node_text
 from graph.editing.graph_set import GraphSet
 from graph.editing.model import Model
+from graph.isaac.og import Controller, OmniGraphError, TypedValue
+from graph.isaac.og.names import node_text
 from graph.spec.file_spec import GraphSpec
 
 from .enums import AttributePortType, ExtendedAttributeType

@@ -6,12 +6,12 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from graph.isaac.og import Compound, Controller, OmniGraphError
 from graph.editing.graph_set import GraphSet
 from graph.evaluate import Graph as OurGraph
 from graph.evaluate.omnigraph_names import AttributeOf
 from graph.evaluate.omnigraph_names import Variable as OurVariable
 from graph.isaac.events import EventStream
+from graph.isaac.og import Compound, Controller, OmniGraphError
 from graph.values.types import TYPES, Extended
 
 from .enums import (
