@@ -7,6 +7,7 @@ rays does not change a result: a ray's hit does not depend on the other rays.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -30,6 +31,9 @@ BEYOND = 2.05
 
 ALL_ROUND_RAD = np.deg2rad(60.0)
 """Above this half angle of a near mesh, all rays are cast at the near meshes."""
+
+SCATTERED_M = 1.0
+"""Rays that begin farther than this from their origin have nothing near them in common."""
 
 FEW_RAYS = 10_000
 """Up to this many rays it costs less to cast all at a few small meshes than to select."""
@@ -108,9 +112,9 @@ class MovingMeshes:
         """
         near = seen & self._near.small
         if not self._near.few:
-            near &= places.half > NEAR_RAD
+            near &= places.half > (NEAR_RAD if rays.spread() < SCATTERED_M else math.inf)
         if near.any():
-            around = places.half[near].max() > ALL_ROUND_RAD
+            around = rays.grid is not None and places.half[near].max() > ALL_ROUND_RAD
             index = None if around else windows(rays, (rays,), places, near, nearest.distance).index
             gathered = np.flatnonzero(self._near.small & kept if self._near.few else near)
             self._near.cast(rays, index, gathered, anchor, poses, threads, nearest)

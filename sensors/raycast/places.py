@@ -10,14 +10,16 @@ import numpy as np
 
 from sensors.compiled import compiled
 
-from .rays import MARGIN_RAD, RayBundle
-from .windows import RayGrid, runs
+from .rays import COMMON, MARGIN_RAD, RayBundle
 
 _SIGNS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
 
 
-ALL_PAIRS = 100_000
-"""Up to this many pairs of a ray and a surface, all are tried: it costs less than to select."""
+BLOCK = 64
+"""Neighbouring rays without a grid whose box is tried before they are."""
+
+MARGIN_M = 1e-3
+"""Spheres are so much larger for rays, so that rounding loses none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +139,7 @@ def _place(
 def windows(
     rays: RayBundle, looks: Sequence[RayBundle], places: Places, seen: np.ndarray, distance: np.ndarray
 ) -> Pairs:
-    """The rays that may lie in the cones of the surfaces seen (p, m) bool, and some more.
+    """The rays that may meet the surfaces seen (p, m) bool, and some more.
 
     looks: the p bundles that make up `rays`. distance: (n,) float32 [m] of former hits; rays that end before they reach
     the sphere of a surface are left out.
@@ -145,23 +147,84 @@ def windows(
     sizes = np.array([len(look.table) for look in looks])
     starts = sizes.cumsum() - sizes
     surface, look = np.nonzero(seen.T)
-    first, grid, span = starts, looks[0].grid, np.array([one.span for one in looks])
-    if grid is None and sizes[look].sum() <= ALL_PAIRS:
-        index, counts = runs(starts[look], sizes[look]), sizes[look]
+    if looks[0].grid is None:
+        spread = np.array([one.spread() for one in looks])
+        radius = (places.radius - spread[:, None])[look, surface] + MARGIN_M
+        offsets = COMMON if rays.offsets is None else rays.offsets
+        index, pair, kept = _through_spheres(
+            *(rays.table, offsets, distance, float(spread.max(initial=0.0))),
+            *(places.towards[look, surface], radius, starts[look], sizes[look]),
+        )
     else:
-        axes = places.towards
-        if grid is None:
-            grid, span = RayGrid(rays.table[:, 3:6], starts.tolist()), np.arange(len(looks))
-        else:
-            axes = axes @ np.array([one.grid.rotation for one in looks if one.grid is not None])
-            first = np.array([one.first for one in looks])
-        index, counts = grid.near_local(axes[look, surface], places.half[look, surface], span[look])
-    before = (places.distance - places.radius)[look, surface] - 1e-3
-    index, pair, kept = _in_front(
-        *(index, counts, (starts - first)[look], starts[look], sizes[look]),
-        *(before.astype(np.float32), distance),
-    )
+        axes = places.towards @ np.array([one.grid.rotation for one in looks if one.grid is not None])
+        first, span = np.array([one.first for one in looks]), np.array([one.span for one in looks])
+        index, counts = looks[0].grid.near_local(axes[look, surface], places.half[look, surface], span[look])
+        before = (places.distance - places.radius)[look, surface] - MARGIN_M
+        index, pair, kept = _in_front(
+            *(index, counts, (starts - first)[look], starts[look], sizes[look]),
+            *(before.astype(np.float32), distance),
+        )
     return Pairs(surface[kept], look[kept], index, pair)
+
+
+@compiled(makes_arrays=True)
+def _through_spheres(
+    table: np.ndarray,
+    offsets: np.ndarray,
+    distance: np.ndarray,
+    spread: float,
+    middle: np.ndarray,
+    radius: np.ndarray,
+    first: np.ndarray,
+    size: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """As `_in_front`, for rays that meet a sphere before their hits; none needs a grid.
+
+    table, offsets: of the rays, which begin within `spread` [m]. middle: (k, 3), radius: (k,) [m] of the spheres.
+    """
+    longest = 0.0
+    for sphere in range(len(radius)):
+        x, y, z = middle[sphere, 0], middle[sphere, 1], middle[sphere, 2]
+        longest = max(longest, math.sqrt(x * x + y * y + z * z) + radius[sphere] + spread)
+    boxes = np.empty(((len(table) + BLOCK - 1) // BLOCK, 6))
+    for block in range(len(boxes)):
+        for axis in range(3):
+            low, high = np.inf, -np.inf
+            for ray in range(block * BLOCK, min((block + 1) * BLOCK, len(table))):
+                begin = np.float64(offsets[min(ray, len(offsets) - 1), axis])
+                end = begin + table[ray, 3 + axis] * min(np.float64(distance[ray]), longest)
+                for place in (begin, end):  # of which none counts that is not a number
+                    low, high = place if place < low else low, place if place > high else high
+            boxes[block, axis], boxes[block, 3 + axis] = low, high
+    rays, spheres = np.empty(4 * len(table) + BLOCK, np.intp), np.empty(4 * len(table) + BLOCK, np.intp)
+    kept, total, number = np.empty(len(radius), np.intp), np.int64(0), np.int64(0)
+    for sphere in range(len(radius)):
+        x, y, z, square = middle[sphere, 0], middle[sphere, 1], middle[sphere, 2], radius[sphere] ** 2
+        former, last = total, first[sphere] + size[sphere]
+        for block in range(first[sphere] // BLOCK, (last + BLOCK - 1) // BLOCK):
+            u = x - min(max(x, boxes[block, 0]), boxes[block, 3])
+            v = y - min(max(y, boxes[block, 1]), boxes[block, 4])
+            w = z - min(max(z, boxes[block, 2]), boxes[block, 5])
+            if u * u + v * v + w * w > square:
+                continue
+            if total + BLOCK > len(rays):
+                grown, others = np.empty(2 * len(rays), np.intp), np.empty(2 * len(rays), np.intp)
+                for at in range(total):
+                    grown[at], others[at] = rays[at], spheres[at]
+                rays, spheres = grown, others
+            for ray in range(max(block * BLOCK, first[sphere]), min((block + 1) * BLOCK, last)):
+                own = min(ray, len(offsets) - 1)
+                u, v, w = x - offsets[own, 0], y - offsets[own, 1], z - offsets[own, 2]
+                along = u * table[ray, 3] + v * table[ray, 4] + w * table[ray, 5]
+                along = min(max(along, 0.0), np.float64(distance[ray]))
+                u, v, w = u - along * table[ray, 3], v - along * table[ray, 4], w - along * table[ray, 5]
+                if u * u + v * v + w * w <= square:
+                    rays[total], spheres[total] = ray, number
+                    total += 1
+        if total > former:
+            kept[number] = sphere
+            number += 1
+    return rays[:total], spheres[:total], kept[:number]
 
 
 @compiled(makes_arrays=True)
