@@ -23,7 +23,7 @@ from .images import Images
 from .planes import NO_PLANE
 from .rays import Tubes
 from .scattering import MIRROR, WIDEST, Arrivals, Fields, arrived, reflect_back
-from .setting import Setting, Space, with_hits
+from .setting import Setting, Space, height_of, with_hits
 from .waves import FAINTEST, GRAZING, MET, Met, Sent, Wave, echo_of, meets, send_on, strength, write
 
 LEAST_M = np.float32(1e-12)
@@ -130,7 +130,7 @@ def _lit(
         if (len(ahead.owner) and ahead.owner[row] != surface) or ahead.skip[surface]:
             continue
         inverse = np.float32(1) / way
-        cosine = min(np.float32(abs(faces.height[face])) * inverse, np.float32(1))
+        cosine = min(np.float32(abs(height_of(faces, face))) * inverse, np.float32(1))
         table = faces.table[face] + min(int(cosine * tables.steps), tables.steps - 1)
         power = tables.diffuse[table] * cosine * tubes.weight[tube] * received * inverse * inverse
         towards = tubes.directions[0, tube], tubes.directions[1, tube], tubes.directions[2, tube]

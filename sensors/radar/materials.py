@@ -67,8 +67,6 @@ class Reflections:
         rough = [reflection(medium, cosine, wavelength) for medium in media]
         lost = [np.abs(s) ** 2 - np.abs(r) ** 2 for s, r in zip(smooth, rough, strict=True)]
         self.tables = Tables(np.array(rough, np.complex64).reshape(-1), np.array(lost, np.float32).reshape(-1), STEPS)
-        self.scatters = bool((self.tables.diffuse > 1e-6).any())
-        """Whether any surface is rough."""
         self._of_surface = (which * STEPS).astype(np.int32) if len(materials) else np.zeros(1, np.int32)
 
     def of_surfaces(self, surfaces: np.ndarray) -> np.ndarray:

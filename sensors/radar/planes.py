@@ -6,15 +6,20 @@ float64, since float32 hits are off by more than the phase of a millimetre wave 
 
 from __future__ import annotations
 
+import math
+from typing import NamedTuple
+
 import numpy as np
 
 from graph.sim.geometry.surfaces import Mesh, Plane
-from sensors.compiled import compiled
-from sensors.raycast.rays import NOTHING, Hits
+from sensors.compiled import compiled, inlined
+from sensors.raycast.rays import NO_SURFACE, NOTHING, Hits
 from sensors.raycast.standing import excluded
 from sensors.raycast.world import CastWorld
 
 from .faces import FACES_BY_CONTENT, SPREAD, Faces, patches, plane_axes
+from .images import plane_keys
+from .tensors import form, principal, symmetric
 
 NO_PLANE = -1
 
@@ -25,11 +30,30 @@ STRAIGHT = 1e-3
 """Turn to the neighbours [rad] up to which a curved surface is straight along a direction."""
 
 
-class WorldPlanes:
-    """The planes of a cast world, numbered through all surfaces; where they are in one state of it.
+class Curves(NamedTuple):
+    """Planes (p,) as pieces of curved surfaces, in the axes of their bodies, for one wavelength.
 
-    normal, offset, middle, axes: as `Faces` has them, in the world's axes [m]; curved, spread, extent, bend, surface,
-    body: of each plane. patch: (p,), the first plane of the flat patch that it is part of. any_curved: whether any is.
+    middle, axes, extent, bend: as in `Faces`. lobes: (p, 2, 2) covariances [rad^2] of the lobes, in the planes' axes:
+    the spread of the normals, and diffraction at the face's size. straight: (p, 2) along which a surface is straight,
+    of length 2 L / wavelength for a face of length L, so that its lobe is sinc squared of the product with the sines
+    off the normal; else 0. reach: (p, 3), squared angle [rad^2] from the normal within which the surface may send
+    anything, square of how much it bends [rad^2/m^2], and of the length [m^2] along which it is straight.
+    """
+
+    middle: np.ndarray
+    axes: np.ndarray
+    extent: np.ndarray
+    bend: np.ndarray
+    lobes: np.ndarray
+    straight: np.ndarray
+    reach: np.ndarray
+
+
+class WorldPlanes:
+    """The planes of a cast world, numbered through all surfaces, in the axes of their bodies; one more for nothing.
+
+    normal, offset, curved: as `Faces` has them; surface, body: of each; key: (p + 1,) uint64 of the flat patches that
+    they are part of (`plane_keys`); patch: (p,), the first plane of each patch. any_curved: whether any is.
     """
 
     def __init__(self, world: CastWorld) -> None:
@@ -41,89 +65,33 @@ class WorldPlanes:
         self._triangles = np.cumsum([0, *(len(each.of_triangle) for each in faces)])
         of_triangle = [first + each.of_triangle for first, each in zip(self._first, faces, strict=False)]
         self._of_triangle = np.concatenate(of_triangle or [np.zeros(0)]).astype(np.int64)
-        self.surface = np.repeat(np.arange(len(faces), dtype=np.int32), counts)
-        self._normal, self._offset, self._middle, self._axes = (
-            np.concatenate([getattr(each, name) for each in faces] or [np.zeros(shape)])
-            for name, shape in (("normal", (0, 3)), ("offset", 0), ("middle", (0, 3)), ("axes", (0, 2, 3)))
-        )
-        self.curved = np.concatenate([each.curved for each in faces] or [np.zeros(0, bool)])
-        self.spread, self.extent, self.bend = (
-            np.concatenate([getattr(each, name) for each in faces] or [np.zeros((0, 2, 2))])
-            for name in ("spread", "extent", "bend")
-        )
+        nothing = _endless(np.zeros((1, 3)), np.zeros((1, 3)))
+
+        def joined(name: str) -> np.ndarray:
+            return np.concatenate([getattr(each, name) for each in (*faces, nothing)])
+
+        self.normal, self.offset, self.curved = joined("normal"), joined("offset"), joined("curved")
+        self.surface = np.append(np.repeat(np.arange(len(faces), dtype=np.int32), counts), np.int32(NO_SURFACE))
+        self.body = np.append(world.body_of[self.surface[:-1]] if len(faces) else [], -1).astype(np.int64)
+        low, high = joined("low")[:-1], joined("high")[:-1]
+        self.patch = patches(self.normal[:-1], self.offset[:-1], self.body[:-1], low, high)
+        self.key = np.append(plane_keys(self.patch), np.uint64(0))
         self.any_curved = bool(self.curved.any())
-        self.body = np.append(world.body_of[self.surface] if len(faces) else [], -1).astype(np.int64)
-        low, high = (
-            np.concatenate([getattr(each, end) for each in faces] or [np.zeros((0, 3))]) for end in ("low", "high")
-        )
-        self.patch = patches(self._normal, self._offset, self.body[:-1], low, high)
-        self._moving = np.flatnonzero(self.body >= 0)
-        self.normal, self.offset = self._normal.copy(), self._offset.copy()
-        self.middle, self.axes = self._middle.copy(), self._axes.copy()
-        self._poses: np.ndarray = np.zeros((0, 4, 4))
-        self._lobes: dict[float, np.ndarray] = {}
-        self._straight: dict[float, np.ndarray] = {}
-        self._widths: dict[float, tuple[np.ndarray, ...]] = {}
+        self._shapes = [joined(name) for name in ("middle", "axes", "extent", "bend", "spread")]
         self._numbers: tuple[np.ndarray, np.ndarray] | None = None
         self._seen: dict[frozenset[str], np.ndarray] = {}
 
-    @property
-    def bodies(self) -> np.ndarray:
-        """The poses (b, 4, 4) of the bodies that the planes are placed for."""
-        return self._poses
-
-    def lobes(self, wavelength: float) -> np.ndarray:
-        """(p, 2, 2) covariances [rad^2] of the lobes of curved faces, in their axes: the spread of the normals, and
-        diffraction at the face's size; 0 of other faces.
+    def curves(self, wavelength: float) -> Curves:
+        """The planes as pieces of curved surfaces.
 
         Where a face is so small that it and its neighbours are one to the wave, of size e and turn t with e t below
         wavelength / 2, sqrt(wavelength / (2 e t)) of them make up a Fresnel zone and diffract together.
         """
-        if wavelength not in self._lobes:
-            found = np.zeros((len(self.curved), 2, 2))
-            rows = np.flatnonzero(self.curved)
-            alone = wavelength**2 / (96.0 * np.pi) * np.linalg.inv(self.extent[rows] + 1e-12 * np.eye(2))
-            wide, axes = np.linalg.eigh(alone)
-            turned = np.einsum("pia,pij,pja->pa", axes, self.spread[rows], axes) / (2.0 * SPREAD)
-            wide = np.where(turned > STRAIGHT**2, np.minimum(wide, np.sqrt(np.maximum(wide * turned, 0))), wide)
-            found[rows] = self.spread[rows] + np.einsum("pia,pa,pja->pij", axes, wide, axes)
-            flat = turned <= STRAIGHT**2
-            bare = flat & ~flat[:, ::-1]
-            along = np.zeros((len(self.curved), 2))
-            along[rows] = np.einsum("pia,pa->pi", axes, bare / np.sqrt(2.0 * np.pi * wide))
-            self._straight[wavelength], self._lobes[wavelength] = along, found
-        return self._lobes[wavelength]
-
-    def straight(self, wavelength: float) -> np.ndarray:
-        """(p, 2) vectors in the axes of faces, along which a curved surface is straight: of length 2 L / wavelength for
-        a face of length L, so that its lobe is sinc squared of their product with the sines off the normal; else 0.
-        """
-        self.lobes(wavelength)
-        return self._straight[wavelength]
-
-    def widths(self, wavelength: float) -> tuple[np.ndarray, ...]:
-        """Squared angles (p,) [rad^2] from a face's normal within which its surface may send anything, (p,) squares of
-        how much it bends [rad^2/m^2], and of the length [m^2] along which it is straight, else 0.
-        """
-        if wavelength not in self._widths:
-            bend = (self.bend**2).sum(axis=(1, 2))
-            lobes, size = (np.trace(each, axis1=1, axis2=2) for each in (self.lobes(wavelength), self.extent))
-            straight = (self.straight(wavelength) ** 2).sum(axis=1) * (wavelength / 2.0) ** 2
-            self._widths[wavelength] = FADED * lobes + 6.0 * bend * size, bend, straight
-        return self._widths[wavelength]
-
-    def at(self, poses: np.ndarray) -> WorldPlanes:
-        """Places them for bodies at poses (b, 4, 4) float64 [m]."""
-        rows = self._moving
-        self._poses = poses
-        if len(rows):
-            pose = poses[self.body[rows]]
-            turn = pose[:, :3, :3]
-            self.normal[rows] = np.einsum("pij,pj->pi", turn, self._normal[rows])
-            self.axes[rows] = np.einsum("pij,paj->pai", turn, self._axes[rows])
-            self.middle[rows] = np.einsum("pij,pj->pi", turn, self._middle[rows]) + pose[:, :3, 3]
-            self.offset[rows] = self._offset[rows] + np.einsum("pi,pi->p", self.normal[rows], pose[:, :3, 3])
-        return self
+        middle, axes, extent, bend, spread = self._shapes
+        lobes, straight, reach = (np.zeros((len(spread), *shape)) for shape in ((2, 2), (2,), (3,)))
+        found = Curves(middle, axes, extent, bend, lobes, straight, reach)
+        _widen(wavelength, self.curved, spread, found)
+        return found
 
     def bodies_seen(self, exclude: frozenset[str]) -> np.ndarray:
         """The numbers (m,) of the bodies that carry anything that is not excluded."""
@@ -178,6 +146,45 @@ def _look_up(table: np.ndarray, number: np.ndarray, found: np.ndarray) -> None:
         found[row] = table[min(int(number[row]), last)]
 
 
+@compiled
+def _widen(wavelength: float, curved: np.ndarray, spread: np.ndarray, curves: Curves) -> None:
+    """Fills in the lobes of curved faces, where they are straight, and their reach."""
+    for face in range(len(curved)):
+        if not curved[face]:
+            continue
+        lobe = symmetric(spread, face)
+        sizes, along = principal(symmetric(curves.extent, face), 1e-12)
+        across = -along[1], along[0]
+        size, other = 1.0 / sizes[0], 1.0 / sizes[1]
+        first, second = form(lobe, along) / (2.0 * SPREAD), form(lobe, across) / (2.0 * SPREAD)
+        alone = wavelength**2 / (96.0 * math.pi)
+        wide, tall = _together(alone * size, first), _together(alone * other, second)
+        lobe = (
+            lobe[0] + wide * along[0] ** 2 + tall * across[0] ** 2,
+            lobe[1] + wide * along[0] * along[1] + tall * across[0] * across[1],
+            lobe[2] + wide * along[1] ** 2 + tall * across[1] ** 2,
+        )
+        curves.lobes[face, 0, 0], curves.lobes[face, 1, 1] = lobe[0], lobe[2]
+        curves.lobes[face, 0, 1] = curves.lobes[face, 1, 0] = lobe[1]
+        flat, level = first <= STRAIGHT**2, second <= STRAIGHT**2
+        length = 1.0 / math.sqrt(2.0 * math.pi * (wide if flat else tall)) if flat != level else 0.0
+        for axis in range(2):
+            curves.straight[face, axis] = length * (along[axis] if flat else across[axis])
+        bend = 0.0
+        for row in range(2):
+            for column in range(2):
+                bend += curves.bend[face, row, column] ** 2
+        extent = curves.extent[face, 0, 0] + curves.extent[face, 1, 1]
+        curves.reach[face, 0] = FADED * (lobe[0] + lobe[2]) + 6.0 * bend * extent
+        curves.reach[face, 1], curves.reach[face, 2] = bend, (length * wavelength / 2.0) ** 2
+
+
+@inlined
+def _together(alone: float, turned: float) -> float:
+    """Squared width [rad^2] of a lobe, `alone` that of a face by itself, whose surface turns by so much [rad^2]."""
+    return min(alone, math.sqrt(alone * turned)) if turned > STRAIGHT**2 else alone
+
+
 def planes_of(world: CastWorld) -> WorldPlanes:
     """The planes of a cast world, worked out once."""
     found: WorldPlanes | None = world.cache.get("planes")
@@ -192,11 +199,13 @@ def _of_surface(surface: Mesh | Plane) -> Faces:
             return FACES_BY_CONTENT.of(
                 np.asarray(surface.vertices, np.float64), np.asarray(surface.triangles, np.int64)
             )
-        normal, offset, middle = np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3))
-    else:
-        normal = np.asarray(surface.normal, np.float64)[None]
-        middle = np.asarray(surface.origin, np.float64)[None]
-        offset = (normal * middle).sum(axis=1)
+        return _endless(np.zeros((0, 3)), np.zeros((0, 3)))
+    return _endless(np.asarray(surface.normal, np.float64)[None], np.asarray(surface.origin, np.float64)[None])
+
+
+def _endless(normal: np.ndarray, middle: np.ndarray) -> Faces:
+    """Planes without ends through points, both (p, 3)."""
     count = len(normal)
-    square, axes, curved = np.zeros((count, 2, 2)), plane_axes(normal), np.zeros(count, bool)
+    square, curved, offset = np.zeros((count, 2, 2)), np.zeros(count, bool), (normal * middle).sum(axis=1)
+    axes = plane_axes(normal)
     return Faces(np.zeros(0, np.int32), normal, offset, middle, axes, curved, square, square, square, middle, middle)

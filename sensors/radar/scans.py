@@ -25,11 +25,9 @@ from .config import ScanConfig
 from .cube import Cube, Grid, as_chirps_give, merged
 from .detector import MOST_DETECTIONS, Detections, detections, limits
 from .images import Twists
-from .materials import Reflections
 from .noise import Noise
-from .planes import planes_of
 from .rays import SHARE, Tubes, fill, finer, windows
-from .setting import Setting
+from .setting import Scenery, Setting
 from .tracing import Tracer
 
 if TYPE_CHECKING:
@@ -153,7 +151,7 @@ class Scans(Model["RadarRuntime"]):
         carrier = app.fabric.body_of(self._path)
         bodies = (*world.bodies, carrier) if carrier else world.bodies
         twists = np.array((setting.poses or app.fabric.capture()).velocities(bodies)) if bodies else np.zeros(0)
-        return world, self._exclude, *(each.tobytes() for each in (setting.pose, setting.planes.bodies, twists))
+        return world, self._exclude, *(each.tobytes() for each in (setting.pose, setting.bodies, twists))
 
     def _antenna(self, scan: ScanConfig) -> Antenna:
         falls = self._config.antenna_gain_mode != "CONSTANT"
@@ -163,13 +161,13 @@ class Scans(Model["RadarRuntime"]):
         app = self._app
         world = cast_world(app).facets
         bodies = world.body_poses(tick.poses)
-        key = f"reflections {scan.wavelength}"
+        key = f"scenery {scan.wavelength}"
         if key not in world.cache:
-            world.cache[key] = Reflections(surface_materials(app), scan.wavelength)
+            world.cache[key] = Scenery(world, surface_materials(app), scan.wavelength)
         return Setting(
             world=world,
-            planes=planes_of(world).at(np.zeros((0, 4, 4)) if bodies is None else bodies),
-            reflections=world.cache[key],
+            scenery=world.cache[key],
+            bodies=np.zeros((0, 4, 4)) if bodies is None else bodies,
             twists=self._twists(world, tick.poses),
             antenna=self._antenna(scan),
             reach=scan.max_range_m,
@@ -215,7 +213,7 @@ class Scans(Model["RadarRuntime"]):
         body, local = world.body_of[: len(boxes)], boxes
         if len(world.surfaces) == 0:
             return None, small
-        bodies = setting.planes.bodies
+        bodies = setting.bodies
         moving = np.flatnonzero(body >= 0)
         if len(moving):
             local = boxes.copy()

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sensors.compiled import inlined
-from sensors.vectors import dot, row_of, transposed_times
+from sensors.vectors import dot, transposed_times
 
 from .bins import Bins, angle_cell, put
 from .grouping import Sums
@@ -163,7 +163,7 @@ def reflect_back(
     hears: gain of the way back. The group is that of the faces on the way, whatever their order.
     """
     back, image, row, way = echo.back, wave.image, wave.row, touch.way + echo.out
-    waves, there, normal = 1.0 / space.wavelength, touch.way / space.wavelength, row_of(space.faces.normal, touch.face)
+    waves, there, normal = 1.0 / space.wavelength, touch.way / space.wavelength, touch.normal
     along = there * (1.0 + dot(wave.direction, back)) / -touch.slope
     more = (  # how many waves more on the way, per radian, as mirrors show it
         normal[0] * along + back[0] * there,

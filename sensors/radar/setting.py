@@ -9,41 +9,78 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from graph.sim.geometry.surfaces import Mesh
+from sensors.compiled import inlined
 from sensors.raycast.rays import NO_SURFACE, Hits, RayBundle
 from sensors.raycast.world import CastWorld
+from sensors.vectors import Vector, dot, row_of, times
 
 from .antenna import Antenna
-from .images import Twists, plane_keys
+from .images import Twists
 from .materials import Reflections, Tables
-from .planes import WorldPlanes
+from .planes import WorldPlanes, planes_of
 
 
 class Faces(NamedTuple):
     """What waves may meet: planes, after them single hits of what deforms, last nothing, which `NO_PLANE` finds.
 
-    normal: (f, 3) float64, in the sensor's axes; height: (f,) float64 [m] of the radar over them; table: (f,) int32,
-    their first places in the reflection tables; surface: (f,) int32, and curved: (f,) bool, of planes, else
-    `NO_SURFACE` and False; linear, angular: (b, 3) float64, twists of bodies (`Twists`), and body: (f,) int64, whose
-    each has. planes: how many of them are.
+    normal: (f, 3) float64 and offset: (f,) [m], n . x = offset in the axes of their bodies; table: (f,) int32, their
+    first places in the reflection tables; surface: (f,) int32, and curved: (f,) bool, of planes, else `NO_SURFACE` and
+    False; body: (f,) int64, whose each is. Of bodies turn: (b, 3, 3) to the sensor's axes, place: (b, 3) [m] of the
+    radar in theirs; linear, angular: (b, 3), twists (`Twists`). planes: how many of them are.
     """
 
     normal: np.ndarray
-    height: np.ndarray
+    offset: np.ndarray
     table: np.ndarray
     surface: np.ndarray
     curved: np.ndarray
     body: np.ndarray
+    turn: np.ndarray
+    place: np.ndarray
     linear: np.ndarray
     angular: np.ndarray
     planes: int
+
+    def seen(self, face: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Normals (k, 3) of faces, by number, in the sensor's axes, and heights (k,) [m] of the radar under them."""
+        normal, body = self.normal[face], self.body[face]
+        height = self.offset[face] - np.einsum("ki,ki->k", normal, self.place[body])
+        return np.einsum("kij,kj->ki", self.turn[body], normal), height
+
+
+@inlined
+def normal_of(faces: Faces, face: Any) -> Vector:
+    """The normal of a face, in the sensor's axes."""
+    return times(faces.turn, faces.body[face], row_of(faces.normal, face))
+
+
+@inlined
+def height_of(faces: Faces, face: Any) -> Any:
+    """How far a face is from the radar along its normal [m]."""
+    return faces.offset[face] - dot(row_of(faces.normal, face), row_of(faces.place, faces.body[face]))
+
+
+class Scenery:
+    """What waves of one length may meet, as far as it does not change: planes, what they reflect, and their curves.
+
+    materials: (n,) encoded ones, of every surface. table: (p + 1,) int32, the first places of planes in the reflection
+    tables.
+    """
+
+    def __init__(self, world: CastWorld, materials: np.ndarray, wavelength: float) -> None:
+        self.planes = planes_of(world)
+        self.reflections = Reflections(materials, wavelength)
+        self.table = self.reflections.of_surfaces(self.planes.surface)
+        self.table[-1] = 0
+        self.curves = self.planes.curves(wavelength)
 
 
 class Space(NamedTuple):
     """What loops over waves look up.
 
-    keys: as in `Setting`. rotation: (3, 3) sensor to world. longest: way [m] on which a face is met; seen: farthest [m]
-    that counts. received: power of 4 m^2 at 1 m [W m^2]. wavelength: [m]. scale: field at 1 m of a solid angle of
-    1 sr [sqrt(W) m].
+    keys: of planes (`WorldPlanes`). rotation: (3, 3) sensor to world. longest: way [m] on which a face is met; seen:
+    farthest [m] that counts. received: power of 4 m^2 at 1 m [W m^2]. wavelength: [m]. scale: field at 1 m of a solid
+    angle of 1 sr [sqrt(W) m].
     """
 
     faces: Faces
@@ -61,16 +98,17 @@ class Space(NamedTuple):
 class Setting:
     """What waves travel in, in one state.
 
-    pose: (4, 4) float64 sensor to world [m]. poses: the state, for the caster (None: now). reach: farthest range [m].
-    bounces: most faces on a way. exclude: prims that are not there. twists: of the bodies, world axes.
+    bodies: (b, 4, 4) float64, poses of the bodies [m]. pose: (4, 4) float64 sensor to world [m]. poses: the state, for
+    the caster (None: now). reach: farthest range [m]. bounces: most faces on a way. exclude: prims that are not there.
+    twists: of the bodies, world axes.
 
-    Derived: faces; keys: (p + 1,) of the planes' patches (`plane_keys`), the last for no plane; speeds: the twists in
-    the sensor's axes; deforms: whether any surface does; spots: whether hits need theirs.
+    Derived: faces; speeds: the twists in the sensor's axes; deforms: whether any surface does; spots: whether hits need
+    theirs.
     """
 
     world: CastWorld
-    planes: WorldPlanes
-    reflections: Reflections
+    scenery: Scenery
+    bodies: np.ndarray
     twists: Twists
     antenna: Antenna
     reach: float
@@ -79,7 +117,6 @@ class Setting:
     poses: Any = None
     exclude: frozenset[str] = frozenset()
     faces: Faces = field(init=False)
-    keys: np.ndarray = field(init=False)
     speeds: Twists = field(init=False)
     deforms: bool = field(init=False)
     spots: bool = field(init=False)
@@ -87,20 +124,21 @@ class Setting:
     def __post_init__(self) -> None:
         planes = self.planes
         self.speeds = self.twists.seen_from(self.rotation)
+        all_of_them = np.concatenate((self.bodies, np.eye(4)[None]))  # the last for what stands still
+        rotation = all_of_them[:, :3, :3]
         self.faces = Faces(
-            np.concatenate((planes.normal @ self.rotation, np.zeros((1, 3)))),
-            np.append(planes.offset - planes.normal @ self.pose[:3, 3], 0.0),
-            np.append(self.reflections.of_surfaces(planes.surface), np.int32(0)),
-            np.append(planes.surface, np.int32(NO_SURFACE)),
-            np.append(planes.curved, False),
-            planes.body,
-            self.speeds.linear,
-            self.speeds.angular,
-            len(planes.normal),
+            *(planes.normal, planes.offset, self.scenery.table, planes.surface, planes.curved, planes.body),
+            np.einsum("ji,bjk->bik", self.rotation, rotation),
+            np.einsum("bji,bj->bi", rotation, self.pose[:3, 3] - all_of_them[:, :3, 3]),
+            *(self.speeds.linear, self.speeds.angular, len(planes.patch)),
         )
-        self.keys = np.append(plane_keys(planes.patch), np.uint64(0))
         self.deforms = bool(self.world.deforming.any())
         self.spots = self.deforms or bool(len(planes.bodies_seen(self.exclude)))
+
+    @property
+    def planes(self) -> WorldPlanes:
+        """The planes of the world."""
+        return self.scenery.planes
 
     @property
     def seen(self) -> float:
@@ -120,7 +158,7 @@ class Setting:
         """What loops over waves that may meet these faces look up."""
         antenna = self.antenna
         return Space(
-            *(faces, self.reflections.tables, self.keys, self.rotation, 2.0 * self.reach, self.seen),
+            *(faces, self.scenery.reflections.tables, self.planes.key, self.rotation, 2.0 * self.reach, self.seen),
             *(4.0 * antenna.receives, antenna.wavelength, math.sqrt(antenna.power) / (4.0 * math.pi)),
         )
 
@@ -133,18 +171,20 @@ def with_hits(
     """
     assert hits.normals is not None
     faces = setting.faces
-    normal = hits.normals[row] @ setting.rotation
+    normal = np.einsum("ki,ij->kj", hits.normals[row], setting.rotation)
     surface = hits.surfaces(row)
-    within = speeds_within(setting, surface, hits, row) @ setting.rotation
+    within = np.einsum("ki,ij->kj", speeds_within(setting, surface, hits, row), setting.rotation)
     order, plane = np.arange(len(row)), plane.copy()
     plane[single] = faces.planes + order
     return plane, Faces(
         _before_last(faces.normal, normal),
-        _before_last(faces.height, (normal * point).sum(axis=1)),
-        _before_last(faces.table, setting.reflections.of_surfaces(surface)),
+        _before_last(faces.offset, (normal * point).sum(axis=1)),
+        _before_last(faces.table, setting.scenery.reflections.of_surfaces(surface)),
         _before_last(faces.surface, np.full(len(row), NO_SURFACE)),
         _before_last(faces.curved, np.zeros(len(row))),
         _before_last(faces.body, len(faces.linear) - 1 + order),
+        _before_last(faces.turn, np.tile(np.eye(3), (len(row), 1, 1))),
+        _before_last(faces.place, np.zeros((len(row), 3))),
         _before_last(faces.linear, faces.linear[-1] + within),
         _before_last(faces.angular, np.tile(faces.angular[-1], (len(row), 1))),
         faces.planes,

@@ -21,7 +21,7 @@ from sensors.vectors import Vector, dot, row_of, times
 from .grouping import Groups
 from .images import Images
 from .rays import Tubes
-from .setting import Faces, Setting, Space
+from .setting import Faces, Setting, Space, height_of, normal_of
 
 GRAZING = 1e-6
 """Cosine of incidence below which a face is not met."""
@@ -66,11 +66,13 @@ class Wave(NamedTuple):
 class Touch(NamedTuple):
     """How a wave meets a face, for loops.
 
-    face: its number. way: [m] in all, 0 if it does not meet it. there: from the radar [m]. slope: component of the
-    face's normal along the wave. cosine: of incidence. table: place in the reflection tables.
+    face: its number; normal: of it, in the sensor's axes. way: [m] in all, 0 if it does not meet it. there: from the
+    radar [m]. slope: component of the normal along the wave. cosine: of incidence. table: place in the reflection
+    tables.
     """
 
     face: Any
+    normal: Vector
     way: float
     there: Vector
     slope: float
@@ -159,7 +161,7 @@ def next_waves(setting: Setting, before: Waves, sent: Sent) -> tuple[Waves, Hits
     planes, faces, groups = setting.planes, setting.faces, Groups(sent.mirror)
     image, plane = np.divmod(groups.keys, faces.planes)
     speeds = setting.speeds, planes.body[plane]
-    images = before.images.beyond(image, faces.normal[plane], faces.height[plane], planes.patch[plane], speeds)
+    images = before.images.beyond(image, *faces.seen(plane), planes.patch[plane], speeds)
     return Waves(before.bounce + 1, images, groups.which, sent.waves), hits
 
 
@@ -182,15 +184,15 @@ def wave_of(waves: Waves, at: Any, tubes: Tubes) -> Wave:
 def meets(space: Space, images: Images, wave: Wave, face: Any) -> Touch:
     """How a wave meets a face."""
     faces, towards = space.faces, wave.direction
-    normal, start = row_of(faces.normal, face), row_of(images.place, wave.image)
+    normal, start = normal_of(faces, face), row_of(images.place, wave.image)
     slope = dot(normal, towards)
     cosine = np.float32(min(abs(slope), 1.0))
-    way = (faces.height[face] - dot(normal, start)) / slope
+    way = (height_of(faces, face) - dot(normal, start)) / slope
     if not (cosine > GRAZING and wave.travelled < way < space.longest):
         way = 0.0
     there = start[0] + way * towards[0], start[1] + way * towards[1], start[2] + way * towards[2]
     table = faces.table[face] + min(int(cosine * space.tables.steps), space.tables.steps - 1)
-    return Touch(face, way, there, slope, cosine, table)
+    return Touch(face, normal, way, there, slope, cosine, table)
 
 
 @inlined
@@ -207,7 +209,7 @@ def echo_of(space: Space, images: Images, wave: Wave, touch: Touch) -> Echo:
         known[1] + speed[1] + spin[2] * start[0] - spin[0] * start[2],
         known[2] + speed[2] + spin[0] * start[1] - spin[1] * start[0],
     )
-    return Echo(back, out, dot(row_of(faces.normal, touch.face), back), dot(rate, wave.direction), dot(speed, back))
+    return Echo(back, out, dot(touch.normal, back), dot(rate, wave.direction), dot(speed, back))
 
 
 @inlined
@@ -217,7 +219,7 @@ def send_on(space: Space, wave: Wave, touch: Touch, sent: Sent, at: Any) -> bool
     left = space.tables.amplitude[touch.table] * wave.field
     if strength(left) <= FAINTEST**2 or touch.face >= faces.planes or faces.curved[touch.face]:
         return False
-    on, normal, twice = sent.waves[at], row_of(faces.normal, touch.face), 2.0 * touch.slope
+    on, normal, twice = sent.waves[at], touch.normal, 2.0 * touch.slope
     on.row, on.travelled, on.field = wave.row, touch.way, left
     sent.mirror[at] = wave.image * faces.planes + touch.face
     towards = (
