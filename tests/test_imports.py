@@ -23,6 +23,7 @@ JOINTS = {
     "graph.isaac",
     "graph.cli",
     "graph.testing",
+    "graph.portability",
     "graph.trade",
     "graph.stability",
     "graph.export",

@@ -10,13 +10,17 @@ from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.gc_pause import collector_paused
+from graph.portability.rules import NAMES
 
 from .arguments import add_allow, add_nodes, add_set, add_skip_outside, overrides_of
 from .printing import counted, note_line, problem_line, say, say_json, tell
 
 if TYPE_CHECKING:
+    from graph.portability.report import Finding
     from graph.session.open import Parts
     from graph.spec.file_spec import FileSpec, Note
+
+TARGETS = list(NAMES)
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,11 +35,15 @@ class Checked:
     """The number of cases, if it is a test file."""
     prims: int = 0
     """The number of inline prims; with a scene, of all its prims except graphs and nodes."""
+    findings: tuple[Finding, ...] = ()
+    """What breaks a rule of the target; their notes are among `notes`."""
 
     def counts(self) -> dict[str, int]:
         """The numbers of graphs, nodes, connections and prims, or of cases in a test file."""
         if self.cases is not None:
             return {"cases": self.cases}
+        if _is_script(self.file):
+            return {"findings": len(self.findings)}
         graphs = self.spec.graphs if self.spec else ()
         return {
             "graphs": len(graphs),
@@ -46,6 +54,7 @@ class Checked:
 
     def as_dict(self) -> dict[str, Any]:
         """The file's part of the JSON report."""
+        more = {one.note(): one.as_dict() for one in self.findings}
         return {
             "file": self.file,
             "ok": not self.problems,
@@ -59,15 +68,22 @@ class Checked:
                 }
                 for problem in self.problems
             ],
-            "warnings": [{"code": code, "where": where, "message": message} for code, where, message in self.notes],
+            "warnings": [
+                {"code": note[0], "where": note[1], "message": note[2], **more.get(note, {})} for note in self.notes
+            ],
         }
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's options."""
-    parser.add_argument("files", metavar="FILE", nargs="+", help="graph file (.yaml, .json or .usda), or *.test.yaml")
     parser.add_argument(
-        "--target", choices=["isaacsim-6.0"], help="also tell what would fail or crash in that product, though not here"
+        "files",
+        metavar="FILE",
+        nargs="+",
+        help="graph file (.yaml, .json or .usda), *.test.yaml, or with --target a Python script, which is only read",
+    )
+    parser.add_argument(
+        "--target", choices=TARGETS, help="also tell what would fail or differ in that product, though not here"
     )
     parser.add_argument("--skip-unknown", action="store_true", help="leave nodes of unknown types out, with a warning")
     parser.add_argument("--json", action="store_true", help="print the result as JSON and nothing else on stdout")
@@ -125,6 +141,8 @@ def check(
 
     if is_test_file(Path(file)):
         return _check_tests(file, allow)
+    if _is_script(file):
+        return _check_script(file, target)
     parts = build_parts(
         file,
         allow=allow,
@@ -134,15 +152,15 @@ def check(
         skip_unknown=skip_unknown,
     )
     problems, notes = tuple(parts.problems), tuple(parts.warnings)
+    findings: list[Finding] = []
     if target is not None and parts.spec is not None and parts.stage is not None:
-        from graph.session.graph_links import Links
-        from graph.session.target_checks import target_notes
+        from graph.portability.report import file_findings
         from graph.sim.settings import Settings
         from graph.sim.timing.parity import apply_profile
 
         held = Settings({**parts.spec.settings, **(settings or {})})
         apply_profile(held, parts.spec.clock.parity)
-        notes += tuple(target_notes(target, Links(parts.graphs), parts.stage, held))
+        findings = file_findings(target, parts.spec, parts.graphs, parts.stage, held)
     if parts.stage is not None and not problems:
         from graph.session.graph_links import Links
         from graph.session.link_checks import unread_products
@@ -156,7 +174,31 @@ def check(
                 notes += tuple(_traps(parts, allow))
         except UserError as error:
             problems = tuple(error.problems)
-    return Checked(file, parts.spec, problems, tuple(dict.fromkeys(notes)), prims=_count_prims(parts))
+    if findings:
+        from graph.portability.report import without_twins
+
+        notes = (*without_twins(notes, findings), *(one.note() for one in findings))
+    return Checked(
+        file, parts.spec, problems, tuple(dict.fromkeys(notes)), prims=_count_prims(parts), findings=tuple(findings)
+    )
+
+
+def _is_script(file: str) -> bool:
+    return Path(file).suffix.lower() == ".py"
+
+
+def _check_script(file: str, target: str | None) -> Checked:
+    """What a script would lose; it is never run."""
+    from graph.portability.report import script_findings
+
+    if target is None:
+        wrong = f"{file} is a script, not a graph file; to find what fails in a product: --target {TARGETS[0]}"
+        return Checked(file, None, (Problem(wrong),))
+    try:
+        findings = tuple(script_findings(target, file))
+    except UserError as error:
+        return Checked(file, None, error.problems)
+    return Checked(file, None, (), tuple(one.note() for one in findings), findings=findings)
 
 
 def _count_prims(parts: Parts) -> int:

@@ -25,6 +25,7 @@ from graph.cli import completion
 from graph.cli.main import COMMANDS
 from graph.files.model import GraphFile
 from graph.files.prim_schema import PRIM
+from graph.portability.rules import RULES
 from graph.sim.fidelity import KNOBS
 from graph.stability.table import CASES, HEADINGS, outcomes
 from graph.trade.metrics import METRICS
@@ -168,6 +169,12 @@ def metrics() -> str:
     return table(("metric", "unit", "meaning"), rows)
 
 
+def rules() -> str:
+    """The rules of `graph check --target`."""
+    rows = ((f"`{code}`", one.what, f"{one.why}. {one.fix[0].upper()}{one.fix[1:]}") for code, one in RULES.items())
+    return table(("code", "found", "what happens there, and what to do"), rows)
+
+
 def limits() -> str:
     """The table of limits."""
     rows = ((f"`{name}`", f"{one.default:,} {one.unit}", one.doc) for name, one in LIMITS.items())
@@ -201,6 +208,7 @@ def blocks(measure: bool = False, slow: bool = False) -> Iterator[Block]:
     yield Block("world", "prim keys", lambda _: prim_keys())
     yield Block("trade", "knobs", lambda _: knobs())
     yield Block("trade", "metrics", lambda _: metrics())
+    yield Block("isaac-sim", "rules", lambda _: rules())
     yield Block("robustness", "limits", lambda _: limits())
     yield Block("stability", "extremes", lambda before: extremes(before, measure, slow))
 

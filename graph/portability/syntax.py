@@ -1,0 +1,142 @@
+"""A Python script as its syntax tree shows it: what names stand for, and the calls of each body in their order.
+
+Nothing of the script runs.
+"""
+
+from __future__ import annotations
+
+import ast
+import warnings
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from graph.base.errors import Mark, Problem, UserError
+from graph.base.inputs import read_text
+
+MOST_NAMES = 100
+"""Longest chain of names that is followed."""
+
+
+@dataclass(slots=True)
+class Script:
+    """A parsed script. imports: each module that is imported with its place; names: what each name stands for."""
+
+    file: str
+    tree: ast.Module
+    imports: list[tuple[str, ast.stmt]] = field(default_factory=list)
+    names: dict[str, str] = field(default_factory=dict)
+    values: dict[str, ast.expr] = field(default_factory=dict)
+    """The last expression assigned to a name or attribute chain."""
+
+    def mark(self, node: ast.AST) -> Mark:
+        """The place of a node."""
+        return Mark(self.file, getattr(node, "lineno", 1), getattr(node, "col_offset", 0) + 1)
+
+    def name_of(self, node: ast.AST) -> str:
+        """The dotted name that an expression stands for, imports and assignments resolved; "" for other expressions.
+
+        Of a call, the called name with `()`: `timeline.play` is `omni.timeline.get_timeline_interface().play`.
+        """
+        chain: list[str] = []
+        for _ in range(MOST_NAMES):
+            if isinstance(node, ast.Attribute):
+                chain.append(node.attr)
+                node = node.value
+            elif isinstance(node, ast.Call):
+                chain.append("()")
+                node = node.func
+            elif isinstance(node, ast.Await):
+                node = node.value
+            elif isinstance(node, ast.Name):
+                chain.append(self.names.get(node.id, node.id))
+                return ".".join(reversed(chain)).replace(".()", "()")
+            else:
+                return ""
+        return ""
+
+    def value_of(self, node: ast.AST | None) -> object:
+        """The value of an expression of constants (names of constants, tuples, lists, dicts too); None if unknown."""
+        if isinstance(node, ast.Name):
+            node = self.values.get(node.id)
+        try:
+            return ast.literal_eval(node) if isinstance(node, ast.expr) else None
+        except (ValueError, TypeError, SyntaxError, RecursionError, MemoryError):
+            return _number(node)
+
+    def bodies(self) -> Iterator[list[ast.AST]]:
+        """The statements and expressions of the module and of each function, each body in textual order."""
+        pending: list[Sequence[ast.AST]] = [self.tree.body]
+        while pending:
+            body: list[ast.AST] = []
+            stack: list[ast.AST] = [*reversed(pending.pop())]
+            while stack:
+                node = stack.pop()
+                if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+                    pending.append(node.body)
+                    continue
+                body.append(node)
+                stack += reversed([*ast.iter_child_nodes(node)])
+            yield body
+
+    def calls(self) -> Iterator[tuple[ast.Call, str]]:
+        """Every call with the name that it calls."""
+        for node in ast.walk(self.tree):
+            if isinstance(node, ast.Call):
+                yield node, self.name_of(node.func)
+
+
+def _number(node: ast.AST | None) -> float | None:
+    """A quotient of numbers, such as 1 / 60; None for anything else."""
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Div):
+        parts = [one.value for one in (node.left, node.right) if isinstance(one, ast.Constant)]
+        if len(parts) == 2 and all(isinstance(one, int | float) for one in parts) and parts[1]:
+            return float(parts[0]) / float(parts[1])  # type: ignore[arg-type]
+    return None
+
+
+def read_script(path: str | Path) -> Script:
+    """The script of a file. Raises UserError, with line and column, for one that Python cannot read."""
+    try:
+        text = read_text(path, "file.script")
+    except OSError as error:
+        raise UserError(f"{path}: {error.strerror or error}") from None
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of odd escapes and comparisons, which Python tells its user
+            tree = ast.parse(text)
+    except SyntaxError as error:
+        where = Mark(str(path), error.lineno or 1, max(1, error.offset or 1))
+        raise UserError(Problem(f"Python cannot read it: {error.msg}", where)) from None
+    except ValueError as error:
+        raise UserError(f"{path}: Python cannot read it: {error}") from None
+    except (RecursionError, MemoryError):
+        raise UserError(f"{path}: its expressions nest too deeply to be read; break them up") from None
+    script = Script(str(path), tree)
+    for node in ast.walk(tree):
+        _learn(script, node)
+    return script
+
+
+def _learn(script: Script, node: ast.AST) -> None:
+    """Notes what an import or assignment names."""
+    if isinstance(node, ast.Import):
+        for alias in node.names:
+            script.imports.append((alias.name, node))
+            script.names[alias.asname or alias.name.partition(".")[0]] = (
+                alias.name if alias.asname else alias.name.partition(".")[0]
+            )
+    elif isinstance(node, ast.ImportFrom) and not node.level:
+        for alias in node.names:
+            script.imports.append((f"{node.module}.{alias.name}", node))
+            script.names[alias.asname or alias.name] = f"{node.module}.{alias.name}"
+    elif isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None:
+        targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+        for target in targets:
+            if isinstance(target, ast.Name):
+                script.values[target.id] = node.value
+                name = script.name_of(node.value)
+                if name and name != target.id and not name.startswith(f"{target.id}."):
+                    script.names[target.id] = name
+                elif not name:
+                    script.names.pop(target.id, None)

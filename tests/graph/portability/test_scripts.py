@@ -1,0 +1,168 @@
+"""`graph check --target` on Python scripts: they are read, never run."""
+
+import json
+
+import pytest
+
+from graph.cli.main import main
+from graph.portability.rules import RULES
+
+APP = "from isaacsim import SimulationApp\napp = SimulationApp({'headless': True})\n"
+TIMELINE = "import omni.timeline\ntimeline = omni.timeline.get_timeline_interface()\n"
+RTX = "from isaacsim.sensors.experimental.rtx import Lidar, LidarSensor, Radar, parse_generic_model_output_data\n"
+MANAGER = "from isaacsim.core.simulation_manager import SimulationEvent, SimulationManager\n"
+SETTINGS = "import carb\nsettings = carb.settings.get_settings()\n"
+EDIT = """
+import omni.graph.core as og
+keys = og.Controller.Keys
+og.Controller.edit("/G", {keys.CREATE_NODES: [%s], keys.SET_VALUES: [%s], keys.CONNECT: [%s]})
+"""
+STAGE = "import isaacsim.core.experimental.utils.stage as stage_utils\n"
+UTILS = "import isaacsim.core.experimental.utils.app as app_utils\n"
+CUBE = "from isaacsim.core.experimental.objects import Cube\n"
+ROOT = "from isaacsim.storage.native import get_assets_root_path\n"
+IDS = "from isaacsim.sensors.experimental.rtx import parse_stable_id_map_data\n"
+WAITS = "from omni.syntheticdata import sensors\n"
+STARTED = "SimulationEvent.SIMULATION_STARTED"
+
+PLANTED = {
+    "lidar-partial-scan": f"{RTX}lidar = Lidar.create('/L', config='Example_Rotary', tick_rate=5.0)\n",
+    "radar-motion-bvh-off": f"{APP}{RTX}radar = Radar('/R')\n",
+    "aux-level-reset": f"{RTX}Lidar('/L', aux_output_level='FULL')\nsensor = LidarSensor('/L')\n",
+    "output-buffer-on-gpu": f"{SETTINGS}settings.set('/app/sensors/nv/lidar/outputBufferOnGPU', True)\n",
+    "multi-tick-off": f"{SETTINGS}settings.set('/rtx/hydra/supportMultiTickRate', False)\n",
+    "manual-mode-lag": f"{SETTINGS}settings.set('/app/runLoops/main/manualModeEnabled', True)\n",
+    "rate-limit-without-time-codes": f"{SETTINGS}settings.set('/app/runLoops/main/rateLimitFrequency', 30)\n",
+    "fast-mode-wall-time": f"{TIMELINE}import time\ntimeline.set_play_every_frame(True)\ntime.sleep(1)\n",
+    "physics-rate-truncated": f"{MANAGER}SimulationManager.setup_simulation(dt=1 / 99)\n",
+    "min-frame-rate-changed": "world = World()\nworld.set_simulation_dt(1 / 100, 1 / 60)\n",
+    "physics-dt-while-playing": f"{TIMELINE}{MANAGER}timeline.play()\nSimulationManager.set_physics_dt(1 / 60)\n",
+    "prims-added-while-playing": f"{TIMELINE}{CUBE}timeline.play()\nCube('/C')\n",
+    "edit-not-live": f"{TIMELINE}timeline.play()\nUsdPhysics.MassAPI(prim).CreateMassAttr(2.0)\n",
+    "callback-arguments-swapped": f"{MANAGER}SimulationManager.register_callback({STARTED}, f)\n",
+    "callback-dropped": f"{MANAGER}SimulationManager.register_callback(Robot().step, {STARTED})\n",
+    "default-callbacks-off": f"{MANAGER}SimulationManager.enable_default_callbacks(enable_warm_start=True)\n",
+    "assets-root-raises": f"{ROOT}root = get_assets_root_path()\nif root is None:\n    pass\n",
+    "open-stage-always-true": f"{STAGE}if not stage_utils.open_stage('a.usd'):\n    pass\n",
+    "import-before-app": f"import omni.usd\n{APP}",
+    "code-after-close": f"{APP}app.close()\nprint('done')\n",
+    "asyncio-run": "import asyncio\nasyncio.run(main())\n",
+    "gmo-parser-deprecated": "from isaacsim.sensors.rtx.generic_model_output import get_gmo_data\nget_gmo_data(data)\n",
+    "gmo-attribute-missing": f"{RTX}gmo = parse_generic_model_output_data(data)\nprint(gmo.azimuth)\n",
+    "object-id-without-entry": f"{IDS}ids = parse_stable_id_map_data(data)\nprint(ids[3])\n",
+    "class-deprecated": "import omni.kit.commands\nomni.kit.commands.execute('IsaacSensorCreateRtxLidar', path='/L')\n",
+    "extension-renamed": f"{UTILS}app_utils.enable_extension('omni.isaac.ros2_bridge')\n",
+    "module-deprecated": "from isaacsim.core.api import World\n",
+    "import-renamed": "from omni.isaac.core.utils.prims import get_prim_at_path\n",
+    "annotator-deprecated": "annotator = rep.AnnotatorRegistry.get_annotator('IsaacCreateRTXLidarScanBuffer')\n",
+    "next-render-simulation-deprecated": f"{WAITS}await sensors.next_render_simulation_async('/P', 1)\n",
+    "node-deprecated": EDIT % ("('a', 'isaacsim.sensors.rtx.OgnIsaacReadRTXLidarData')", "", ""),
+    "type-renamed": EDIT % ("('a', 'omni.isaac.ros2_bridge.ROS2PublishClock')", "", ""),
+    "frame-skip-deprecated": EDIT % ("", "('a.inputs:frameSkipCount', 2)", ""),
+    "full-scan-deprecated": EDIT % ("", "('a.inputs:fullScan', True)", ""),
+    "gate-step-zero": EDIT % ("('g', 'isaacsim.core.nodes.IsaacSimulationGate')", "('g.inputs:step', 0)", ""),
+    "joint-indices-zero": EDIT % ("", "('a.inputs:jointIndices', [0])", ""),
+    "timeline-stamp": EDIT
+    % ("('t', 'omni.graph.action.OnPlaybackTick')", "", "('t.outputs:time', 'clock.inputs:timeStamp')"),
+}
+
+FINE = f"""
+import argparse
+{APP}
+import omni.timeline
+import omni.graph.core as og
+from isaacsim.core.experimental.objects import Cube
+{MANAGER}{RTX}
+{TIMELINE}
+Cube('/C', sizes=1.0)
+lidar = Lidar.create('/L', config='Example_Rotary', tick_rate=10.0, aux_output_level='FULL')
+sensor = LidarSensor(lidar)
+SimulationManager.setup_simulation(dt=1 / 60)
+SimulationManager.register_callback(step, SimulationEvent.SIMULATION_STARTED)
+timeline.play()
+for _ in range(60):
+    app.update()
+gmo = parse_generic_model_output_data(sensor.get_data('generic-model-output')[0])
+print(gmo.x, gmo.z)
+timeline.stop()
+Cube('/D')
+app.close()
+"""
+
+
+def findings(tmp_path, capsys, text, target="isaacsim-6.0"):
+    file = tmp_path / "script.py"
+    file.write_text(text) if isinstance(text, str) else file.write_bytes(text)
+    code = main(["check", str(file), "--target", target, "--json"])
+    return code, json.loads(capsys.readouterr().out)["files"][0]
+
+
+@pytest.mark.parametrize("code", PLANTED)
+def test_a_planted_fault_in_a_script_is_found_at_its_line(tmp_path, capsys, code):
+    _, file = findings(tmp_path, capsys, PLANTED[code])
+    hits = [one for one in file["warnings"] if one["code"] == code]
+    assert len(hits) == 1, file
+    assert f":{hits[0]['line']}:{hits[0]['column']}" in hits[0]["where"]
+    assert RULES[code].fix in hits[0]["message"]
+
+
+def test_a_script_without_faults_gives_none(tmp_path, capsys):
+    code, file = findings(tmp_path, capsys, FINE)
+    assert (code, file["warnings"], file["findings"]) == (0, [], 0)
+
+
+def test_findings_come_in_the_order_of_the_lines(tmp_path, capsys):
+    _, file = findings(tmp_path, capsys, PLANTED["asyncio-run"] + PLANTED["import-renamed"])
+    assert [(one["code"], one["line"], one["column"]) for one in file["warnings"]] == [
+        ("asyncio-run", 2, 1),
+        ("import-renamed", 3, 1),
+    ]
+
+
+def test_a_script_is_never_run(tmp_path, capsys):
+    mark = tmp_path / "ran"
+    findings(tmp_path, capsys, f"open({str(mark)!r}, 'w').close()\nraise SystemExit(3)\n")
+    assert not mark.exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("x = (\n", "script.py:1:5: Python cannot read it: '(' was never closed"),
+        (b"x\0y", "Python cannot read it"),
+        (b"\xff\xfe\x00", "not UTF-8 text"),
+        ("-" * 100_000 + "1", "nest too deeply"),
+        ("a" + ".b" * 100_000, "nest too deeply"),
+        ("(" * 5_000 + ")" * 5_000, "too many nested parentheses"),
+        ("x = 1\n" * 1_000_000, "too large"),
+    ],
+)
+def test_a_hostile_script_is_one_line(tmp_path, capsys, text, said):
+    code, file = findings(tmp_path, capsys, text)
+    assert code == 2
+    assert len(file["problems"]) == 1
+    problem = file["problems"][0]
+    place = f"{problem['file']}:{problem['line']}:{problem['column']}: " if problem["line"] else ""
+    assert said in f"{place}{problem['message']}"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "# only a comment\n",
+        "a = a\n",
+        "a = b\nb = a\na.c()\n",
+        "x = y = z\nz = x()\n",
+        "f(*a, **b)\n[i for i in j]\n",
+    ],
+)
+def test_odd_scripts_give_nothing(tmp_path, capsys, text):
+    assert findings(tmp_path, capsys, text)[1]["warnings"] == []
+
+
+def test_a_script_without_a_target_is_refused_with_the_option(tmp_path, capsys):
+    file = tmp_path / "script.py"
+    file.write_text(FINE)
+    assert main(["check", str(file)]) == 2
+    assert "--target isaacsim-6.0" in capsys.readouterr().err
