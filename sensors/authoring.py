@@ -12,7 +12,7 @@ from .prim import write_exclude
 from .sensor_types import sensor_types
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
 
 
 def bind_material(prim: Any, material: str | Mapping[str, Any], *, app: App | None = None) -> None:
@@ -22,7 +22,7 @@ def bind_material(prim: Any, material: str | Mapping[str, Any], *, app: App | No
     "attributes":} as the key `material:` of graph files takes it. It takes effect at the next play. Raises
     SensorValueError for an unknown name or a missing prim.
     """
-    from graph.sim import App
+    from graph.sim.app import App
     from graph.sim.scene import nonvisual
 
     stage = (app or App.current()).stage
@@ -44,7 +44,7 @@ def exclude(sensor: Any, paths: str | Iterable[str], *, app: App | None = None) 
     sensor: path of its prim, or an authoring object such as `Lidar`. app: None is the App entered last. Takes effect at
     the next play. Raises SensorValueError for a prim that is not a sensor, and for paths without a prim.
     """
-    from graph.sim import App
+    from graph.sim.app import App
 
     stage = (app or App.current()).stage
     path = str(getattr(sensor, "path", sensor))

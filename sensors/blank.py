@@ -12,7 +12,7 @@ from .runtime import Measurement, SensorRuntime
 if TYPE_CHECKING:
     from pxr import Usd
 
-    from graph.sim import App
+    from graph.sim.app import App
     from graph.sim.renderer.schedule import Tick
 
 

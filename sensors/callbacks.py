@@ -11,7 +11,7 @@ from .annotators.annotator import Product, only_product
 from .channels import Consumer
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
 
     from .frame import Frame
 

@@ -17,7 +17,7 @@ from graph.sim.scene.stage import ignore_warning
 from .raycast.shared import cast_world, present_app
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
     from graph.sim.messages.message import Message
 
 

@@ -13,7 +13,7 @@ from .frame import Frame
 from .sensor_types import sensor_types
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
     from graph.sim.renderer.sensor import Sensor
 
 _sensors: weakref.WeakKeyDictionary[App, dict[str, PolledSensor]] = weakref.WeakKeyDictionary()
@@ -61,14 +61,14 @@ def polled_sensor(app: App, prim_path: str, prim_type: str) -> PolledSensor:
         if kind != prim_type:
             raise UserError(f"{prim_path} is a {kind or 'typeless prim'}; give the path of a {prim_type} prim")
         found = shared[prim_path] = PolledSensor(app, sensor_types()[kind].runtime(app, prim_path, (1, 1)))
-        app.rendering.scheduler.polled.add(prim_path)
+        app.rendering.polled.add(prim_path)
     return found
 
 
 def _shared(app: App) -> dict[str, PolledSensor]:
     """The polled sensors of an App; they take over edits of their prims, and end with a stop."""
     shared: dict[str, PolledSensor] = {}
-    paths = app.rendering.scheduler.polled
+    paths = app.rendering.polled
 
     def refresh() -> None:
         for path, one in shared.items():

@@ -15,7 +15,7 @@ from .sensor_types import sensor_type, sensor_types
 if TYPE_CHECKING:
     from pxr import Usd
 
-    from graph.sim import App
+    from graph.sim.app import App
     from graph.sim.renderer.products import RenderProduct
     from graph.sim.renderer.sensor import Sensor
 

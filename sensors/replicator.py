@@ -20,7 +20,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from graph.sim.managers.current import orchestrator
+from graph.isaac.managers.current import orchestrator
 
 from .annotators.annotator import Annotator, Product, check_device
 from .annotators.registry import annotator_types, find_annotator, register_annotator
@@ -32,7 +32,7 @@ from .writers import AnnotatedWriter as Writer
 from .writers import get as get_writer
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
     from graph.sim.renderer.products import RenderProduct
 
 
@@ -44,7 +44,7 @@ def create_render_product(
     camera: path of a sensor prim, a prim, or an authoring object such as `Lidar`. Raises SensorValueError (a UserError
     and a ValueError) for a missing prim or another kind of prim.
     """
-    from graph.sim import App
+    from graph.sim.app import App
 
     path = camera.GetPath() if hasattr(camera, "GetPath") else getattr(camera, "path", camera)
     return render_product(app or App.current(), str(path), resolution, name)

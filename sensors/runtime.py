@@ -29,7 +29,7 @@ from .surfaces.ids import has_prim
 if TYPE_CHECKING:
     from pxr import Usd
 
-    from graph.sim import App
+    from graph.sim.app import App
     from graph.sim.renderer.sensor import Schedule
 
 Config = TypeVar("Config")

@@ -15,7 +15,7 @@ from .products import product_name, render_product
 from .writers import WRITERS, AttachedWriter, Writer, WriterSpec, find_writer, writer_specs
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
     from graph.sim.renderer.products import RenderProduct
 
 RESOLUTION = (300, 300)

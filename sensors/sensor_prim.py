@@ -22,7 +22,7 @@ from .xform import Vector, local_pose, place, world_pose
 if TYPE_CHECKING:
     from pxr import Usd
 
-    from graph.sim import App
+    from graph.sim.app import App
 
 
 class SensorPrim(Suggesting):
@@ -52,7 +52,7 @@ class SensorPrim(Suggesting):
         reset_xform_op_properties: bool = True,
         app: App | None = None,
     ) -> None:
-        from graph.sim import App
+        from graph.sim.app import App
 
         if aux_output_level is not None and aux_output_level not in self.aux_levels:
             raise SensorValueError(f"aux_output_level {aux_output_level!r} is not one of {', '.join(self.aux_levels)}")
@@ -102,7 +102,7 @@ class SensorPrim(Suggesting):
         referenced as the prim itself, any other below an Xform, whose first one is wrapped. variant: a name, or
         {variant set: name}. Other options as in the constructor. Raises SensorValueError.
         """
-        from graph.sim import App
+        from graph.sim.app import App
 
         app = app if app is not None else App.current()
         path = one_path(path, cls.word)

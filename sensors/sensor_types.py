@@ -18,7 +18,7 @@ from .errors import SensorValueError
 if TYPE_CHECKING:
     from pxr import Usd
 
-    from graph.sim import App
+    from graph.sim.app import App
     from graph.sim.renderer.sensor import Sensor
 
     from .annotators.types import AnnotatorType

@@ -21,7 +21,8 @@ checked: list[bool] = []
 def lazy_names(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
     """The `__getattr__` and the `__dir__` of a package.
 
-    homes: each public name and its module in the package; a module that is public itself has its own name there.
+    homes: each public name and its module in the package (`.other.module`: in a package beside it); a module that is
+    public itself ends with that name.
     """
 
     def get(name: str) -> Any:
@@ -30,8 +31,8 @@ def lazy_names(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], 
         if not checked:
             import_module("graph.base.hidden").refuse_hidden_packages()
             checked.append(True)
-        module = import_module(f"{package}.{homes[name]}")
-        value = module if homes[name] == name else getattr(module, name)
+        module = import_module(f".{homes[name]}", package)
+        value = module if homes[name].rpartition(".")[2] == name else getattr(module, name)
         setattr(modules[package], name, value)
         return value
 

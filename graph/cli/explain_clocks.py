@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from graph.session.open import Session
-    from graph.sim import App
+    from graph.sim.app import App
 
 DEFAULT_DURATION_S = 5
 """Default of a file without a duration."""
@@ -85,8 +85,8 @@ def clock_facts(app: App, steps: Sequence[Step]) -> dict[str, Any]:
         "timeline_per_loop": accepted / every / dt,
         "update_lasts_s": app.run_loop.period,
         "sim_per_wall": substeps / sps / app.run_loop.period,
-        "multi_tick": app.rendering.scheduler.multi_tick,
-        "frames_later": app.rendering.scheduler.frames_later,
+        "multi_tick": app.rendering.multi_tick,
+        "frames_later": app.rendering.frames_later,
     }
 
 
@@ -116,5 +116,5 @@ def plan_updates(app: App) -> Iterator[Step]:
             steps = accumulator.take(moved)
             count += steps
         time = count / rate
-        yield Step(index, dt, moved, steps, due, time, time if app.rendering.scheduler.multi_tick else loop)
+        yield Step(index, dt, moved, steps, due, time, time if app.rendering.multi_tick else loop)
         index += 1

@@ -14,7 +14,7 @@ from .idle_parts import product_makers, product_of
 if TYPE_CHECKING:
     from graph.evaluate import Node
     from graph.session.open import Session
-    from graph.sim import App
+    from graph.sim.app import App
     from graph.sim.renderer.products import RenderProduct
     from graph.sim.renderer.schedule import Tick
     from graph.sim.renderer.sensor import Sensor

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from pxr import Usd
 
     from graph.evaluate import Node
-    from graph.sim import App
+    from graph.sim.app import App
     from graph.sim.renderer.products import RenderProduct
     from graph.sim.renderer.schedule import Tick
 
@@ -63,18 +63,13 @@ def planned_ticks(
         copy: TickSchedule | EveryUpdate = EveryUpdate(created, schedule.rate)
     else:
         copy = TickSchedule(schedule.rate, created, accumulates=schedule.accumulates)
-    scheduler = app.rendering.scheduler
+    scheduler = app.rendering
     every_update = not scheduler.multi_tick and not copy.accumulates and isinstance(copy, TickSchedule)
     found, last = [], created
     for step in steps[made_in:]:
         time = step.external_time
         tick = Tick(0, copy.rate, time, last, time) if every_update else copy.advance(time)
-        if (
-            tick is None
-            and app.rendering.scheduler.autotrigger_idle
-            and isinstance(copy, EveryUpdate)
-            and not copy.rate
-        ):
+        if tick is None and app.rendering.autotrigger_idle and isinstance(copy, EveryUpdate) and not copy.rate:
             tick = copy.repeat(time)
         last = time
         if tick is not None:
@@ -99,7 +94,7 @@ def _rendered(app: App, product: RenderProduct, seen: Observed, steps: Sequence[
     observed = [entry for entry in seen.ticks[path] if entry[0] < min(seen.updates, len(steps))]
     ticks = observed + [entry for entry in planned if entry[0] >= seen.updates]
     # Where frames arrive one update later, that of the last update does not arrive.
-    delivered = len(steps) - app.rendering.scheduler.frames_later
+    delivered = len(steps) - app.rendering.frames_later
     return {
         "product": path,
         "made_by": seen.makers.get(path, []),
@@ -124,6 +119,6 @@ def _rule(app: App, product: RenderProduct) -> str:
     from graph.sim.renderer.schedule import TickSchedule
 
     schedule = product.sensor.schedule
-    if isinstance(schedule, TickSchedule) and not app.rendering.scheduler.multi_tick and not schedule.accumulates:
+    if isinstance(schedule, TickSchedule) and not app.rendering.multi_tick and not schedule.accumulates:
         return "multi-tick off"
     return product.sensor.rule

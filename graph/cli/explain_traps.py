@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from graph.evaluate import Graph, Node
     from graph.session.graph_links import Links
     from graph.session.open import Session
-    from graph.sim import App
+    from graph.sim.app import App
 
     from .explain_clocks import Step
     from .explain_run import Observed

@@ -13,7 +13,7 @@ from graph.session.link_checks import nobody_consumes
 if TYPE_CHECKING:
     from graph.evaluate import Node
     from graph.session.runner import GraphRunner
-    from graph.sim import App
+    from graph.sim.app import App
 
 Trap = tuple[str, str, str]
 """Code, where, message."""

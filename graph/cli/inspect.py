@@ -17,7 +17,7 @@ from .product_size import product_size
 
 if TYPE_CHECKING:
     from graph.session.open import Session
-    from graph.sim import App
+    from graph.sim.app import App
     from graph.sim.renderer.products import RenderProduct
     from sensors.annotators.annotator import Annotator
     from sensors.frame import Frame

@@ -10,7 +10,7 @@ from graph.base.exact import shortest
 
 if TYPE_CHECKING:
     from graph.session.open import Session
-    from graph.sim import App
+    from graph.sim.app import App
 
     from .explain_run import Observed
 
@@ -43,7 +43,7 @@ def _casts(app: App, seen: Observed, sensors: Sequence[Mapping[str, Any]]) -> It
     from graph.sim.renderer.wrapper import unwrapped
     from sensors.raycast.shared import cast_world
 
-    if not seen.products and not app.rendering.scheduler.polled:
+    if not seen.products and not app.rendering.polled:
         yield "casts", "/", (), "no sensor is rendered or polled: no structure for rays, no cast"
     for sensor in sensors:
         if sensor.get("product") is None or not sensor["channels"]:

@@ -16,7 +16,7 @@ from .explain_traps import Trap, clock_traps, wiring_traps
 if TYPE_CHECKING:
     from graph.evaluate import Node
     from graph.session.open import Session
-    from graph.sim import App
+    from graph.sim.app import App
 
 MOST_UPDATES = 1_000
 """Updates that are planned; problems of later updates are found only by a run."""

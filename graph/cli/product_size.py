@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
 
 SIZES = ("width", "height")
 DEFAULT = (1280, 720)

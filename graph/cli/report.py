@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from rich.text import Text
 
     from graph.session.runner import GraphRunner
-    from graph.sim import App
+    from graph.sim.app import App
     from graph.sim.messages.bus import CountingSink, Topic, TopicCount
     from graph.sim.transports.sink import LiveSink
     from graph.trade.meter import Meter

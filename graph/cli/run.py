@@ -41,7 +41,7 @@ from .safe_log import SafeFormatter
 
 if TYPE_CHECKING:
     from graph.session.open import Session
-    from graph.sim import App
+    from graph.sim.app import App
 
     from .output_folder import Output
     from .report import Report

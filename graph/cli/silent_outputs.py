@@ -9,7 +9,7 @@ from graph.sim.scene.prim_paths import prim_at
 
 if TYPE_CHECKING:
     from graph.session.runner import GraphRunner
-    from graph.sim import App
+    from graph.sim.app import App
 
 
 def wired_sensors(app: App, runner: GraphRunner) -> Iterator[str]:

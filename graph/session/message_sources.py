@@ -10,7 +10,7 @@ from graph.base.errors import Problem, UserError
 
 if TYPE_CHECKING:
     from graph.files.played import Played
-    from graph.sim import App
+    from graph.sim.app import App
     from graph.sim.messages.sources import MemorySource, Player, Source
 
 UNHEARD = "play-unheard"

@@ -7,7 +7,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
 
 FASTER_THAN_LOOP = "sensor-faster-than-loop"
 OFF_THE_GRID = "sensor-ticks-off-grid"

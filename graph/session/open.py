@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from graph.evaluate import Graph
     from graph.node.context import Scripts
     from graph.node.registry import Registry
-    from graph.sim import App
+    from graph.sim.app import App
 
     from .runner import GraphRunner, OnError
 

@@ -15,7 +15,7 @@ from graph.node.declaration import CLOSING
 if TYPE_CHECKING:
     from graph.evaluate import Graph, Node
     from graph.node.context import Scripts
-    from graph.sim import App
+    from graph.sim.app import App
 
 OnError = Literal["stop", "continue"]
 

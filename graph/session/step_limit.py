@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from graph.base.limits import check, most
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
 
 
 def check_steps(app: App) -> None:

@@ -18,7 +18,7 @@ from .trace_events import PHYSICS, RENDERER, TIMELINE, WALL, TraceWriter
 if TYPE_CHECKING:
     from graph.evaluate import Graph, Node
     from graph.node.database import Database
-    from graph.sim import App
+    from graph.sim.app import App
     from graph.sim.renderer.schedule import Tick
     from graph.sim.renderer.sensor import Sensor, SensorFrame
 

@@ -1,4 +1,4 @@
-"""The world that graphs run on: settings, clocks, timeline, stage, Fabric, physics, renderer scheduler, App.
+"""The face of the world that graphs run on: App, settings, clocks, stage, messages, and Isaac Sim's managers.
 
 Names are imported at their first use (PEP 562): importing this package loads no heavy library.
 """
@@ -10,17 +10,19 @@ from typing import TYPE_CHECKING
 from graph.base.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from .app import App as App
+    from graph.isaac.managers import app_utils as app_utils
+    from graph.isaac.managers.app import App as App
+    from graph.isaac.managers.current import RenderingManager as RenderingManager
+    from graph.isaac.managers.current import SimulationManager as SimulationManager
+    from graph.isaac.managers.mjc_scene import NewtonMjcScene as NewtonMjcScene
+    from graph.isaac.managers.physics_scene import PhysicsScene as PhysicsScene
+    from graph.isaac.managers.physx_scene import PhysxGpuCfg as PhysxGpuCfg
+    from graph.isaac.managers.physx_scene import PhysxScene as PhysxScene
+    from graph.isaac.managers.rendering import RenderingEvent as RenderingEvent
+    from graph.isaac.managers.simulation_events import IsaacEvents as IsaacEvents
+    from graph.isaac.managers.simulation_events import SimulationEvent as SimulationEvent
+
     from .fidelity import Fidelity as Fidelity
-    from .managers.current import RenderingManager as RenderingManager
-    from .managers.current import SimulationManager as SimulationManager
-    from .managers.mjc_scene import NewtonMjcScene as NewtonMjcScene
-    from .managers.physics_scene import PhysicsScene as PhysicsScene
-    from .managers.physx_scene import PhysxGpuCfg as PhysxGpuCfg
-    from .managers.physx_scene import PhysxScene as PhysxScene
-    from .managers.rendering import RenderingEvent as RenderingEvent
-    from .managers.simulation_events import IsaacEvents as IsaacEvents
-    from .managers.simulation_events import SimulationEvent as SimulationEvent
     from .messages.bus import CountingSink as CountingSink
     from .messages.bus import MemorySink as MemorySink
     from .messages.bus import MessageBus as MessageBus
@@ -34,27 +36,28 @@ if TYPE_CHECKING:
     from .timing.wall_clock import VirtualClock as VirtualClock
 
 _HOME = {
-    "App": "app",
+    "App": ".isaac.managers.app",
     "CountingSink": "messages.bus",
     "Fidelity": "fidelity",
-    "IsaacEvents": "managers.simulation_events",
+    "IsaacEvents": ".isaac.managers.simulation_events",
     "McapSink": "messages.recording",
     "MemorySink": "messages.bus",
     "MessageBus": "messages.bus",
-    "NewtonMjcScene": "managers.mjc_scene",
-    "PhysicsScene": "managers.physics_scene",
-    "PhysxGpuCfg": "managers.physx_scene",
-    "PhysxScene": "managers.physx_scene",
+    "NewtonMjcScene": ".isaac.managers.mjc_scene",
+    "PhysicsScene": ".isaac.managers.physics_scene",
+    "PhysxGpuCfg": ".isaac.managers.physx_scene",
+    "PhysxScene": ".isaac.managers.physx_scene",
     "RealClock": "timing.wall_clock",
     "RenderProduct": "renderer.products",
-    "RenderingEvent": "managers.rendering",
-    "RenderingManager": "managers.current",
+    "RenderingEvent": ".isaac.managers.rendering",
+    "RenderingManager": ".isaac.managers.current",
     "Settings": "settings",
-    "SimulationEvent": "managers.simulation_events",
-    "SimulationManager": "managers.current",
+    "SimulationEvent": ".isaac.managers.simulation_events",
+    "SimulationManager": ".isaac.managers.current",
     "Tick": "renderer.schedule",
     "TickSchedule": "renderer.schedule",
     "VirtualClock": "timing.wall_clock",
+    "app_utils": ".isaac.managers.app_utils",
     "register_schemas": "scene.stage",
 }
 __all__ = [
@@ -79,6 +82,7 @@ __all__ = [
     "Tick",
     "TickSchedule",
     "VirtualClock",
+    "app_utils",
     "register_schemas",
 ]
 

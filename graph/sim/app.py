@@ -20,15 +20,13 @@ from .driver import Driver, StepCallback
 from .fidelity import Fidelity
 from .forwarding import forward
 from .live.reset import Reset, reset
-from .managers.loop_runner import LoopRunner
-from .managers.orchestrator import Orchestrator
-from .managers.rendering import Rendering
-from .managers.simulation_manager import ManagedSimulation
 from .messages.bus import MessageBus
 from .options import clock_rates, experience_settings, refuse_unavailable
 from .phases import Callback, Phases, Unsubscribe
 from .physics import MUJOCO
+from .renderer.scheduler import SensorScheduler
 from .settings import Settings
+from .simulation import Simulation
 from .state.playing_world import WhenPlaying, checked_choice
 from .timing.clocks import PhysicsClock
 from .timing.parity import apply_profile
@@ -40,6 +38,7 @@ from .world import World, open_world
 
 if TYPE_CHECKING:
     from types import TracebackType
+    from typing import Self
 
     from .live.live_stage import LiveStage
     from .physics.protocol import EngineFactory, PhysicsEngine
@@ -131,25 +130,17 @@ class App(Suggesting):
         if played := time_range(self.stage, self.warn):
             self.timeline.set_range(*played)
         clock = self.bus.clock = PhysicsClock(physics_rate)
-        self.rendering = Rendering(clock, self.run_loop, self.timeline, self.settings, self.stage, self.warn)
-        self.simulation = ManagedSimulation(
-            self.world,
-            clock,
-            self.rendering,
-            self.timeline,
-            self.bus,
-            self.settings,
-            self.phases,
-            self.wall_clock.now,
-            follows_stage_rate=physics_hz is None and knobs.physics_hz is None and experience != "zero_delay",
+        self.rendering = self._new_rendering(clock)
+        self.simulation = self._new_simulation(
+            clock, follows_stage_rate=physics_hz is None and knobs.physics_hz is None and experience != "zero_delay"
         )
         if authored == 0 and physics_hz is None and knobs.physics_hz is None:
-            self.simulation.setup.refuse_rate_zero()
+            self.simulation.refuse_rate_zero()
         if self.mjcf is not None:
             from .mjcf.controls import serve
 
             serve(self.mjcf, self.world, self.phases)
-        self.on("resume", self.simulation.times.resample, -1)
+        self.on("resume", self.simulation.resample, -1)
         self.driver = Driver(
             self.world,
             self.simulation,
@@ -162,7 +153,7 @@ class App(Suggesting):
             switches_mode=experience == "full" and not self.settings.is_authored(keys.MANUAL_MODE),
         )
         self.timeline.on_change = self.simulation.follow
-        self.rendering.updates = self.driver
+        self._complete()
         self.graphs: dict[str, Any] = {}
         """The graphs bound to this App, by path; filled by the code that binds them."""
         file = stage if isinstance(stage, (str, Path)) else mjcf if isinstance(mjcf, (str, Path)) else None
@@ -179,22 +170,33 @@ class App(Suggesting):
         if not prune:
             import_module("sensors.everything").compute_everything(self)
 
+    def _new_rendering(self, clock: PhysicsClock) -> SensorScheduler:
+        run_loop = self.run_loop
+        return SensorScheduler(clock, None, lambda: run_loop.time)
+
+    def _new_simulation(self, clock: PhysicsClock, *, follows_stage_rate: bool) -> Simulation:
+        parts = self.rendering, self.timeline, self.bus, self.settings, self.phases, self.wall_clock.now
+        return Simulation(self.world, clock, *parts, follows_stage_rate=follows_stage_rate)
+
+    def _complete(self) -> None:
+        """Called when all parts are made."""
+
     @classmethod
-    def from_file(cls, path: str | Path, **options: Any) -> App:
+    def from_file(cls, path: str | Path, **options: Any) -> Self:
         """The App of a graph file, with its graphs bound to it. Options as in `graph.session.open.open_session`."""
-        app: App = import_module("graph.session.open").open_app(cls, path, **options)
+        app: Self = import_module("graph.session.open").open_app(cls, path, **options)
         return app
 
     @classmethod
-    def current(cls) -> App:
+    def current(cls) -> Self:
         """The most recently entered App. Raises UserError if there is no such App."""
-        app: App = entered.current()
+        app: Self = entered.current()
         return app
 
     @classmethod
-    def of_stage(cls, stage: Any) -> App | None:
+    def of_stage(cls, stage: Any) -> Self | None:
         """The most recently entered App with this stage, or None."""
-        app: App | None = entered.of_stage(stage)
+        app: Self | None = entered.of_stage(stage)
         return app
 
     def __repr__(self) -> str:
@@ -358,16 +360,6 @@ class App(Suggesting):
 
     # -- driving -----------------------------------------------------------------------------------------------------
 
-    @property
-    def loop(self) -> LoopRunner:
-        """Manual mode and step size of the run loop."""
-        return self.driver.loop
-
-    @property
-    def orchestrator(self) -> Orchestrator:
-        """Makes steps that return after attached writers have been called."""
-        return self.driver.orchestrator
-
     def on(self, phase: str, callback: Callback, order: int = 0) -> Unsubscribe:
         """Calls `callback()` in a phase of every update or at an event; returns a function that ends it.
 
@@ -451,7 +443,7 @@ class App(Suggesting):
         if failure is not None:
             raise failure
 
-    def __enter__(self) -> App:
+    def __enter__(self) -> Self:
         entered.enter(self)
         return self
 

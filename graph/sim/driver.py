@@ -10,9 +10,7 @@ from graph.base import exact
 from graph.base.callables import check_callable
 from graph.base.errors import RunError, UserError
 
-from .managers.async_updates import AsyncUpdates
-from .managers.loop_runner import LoopRunner
-from .managers.orchestrator import Orchestrator
+from .async_updates import AsyncUpdates
 from .messages.bus import MessageBus
 from .phases import Phases
 from .settings import Settings
@@ -23,8 +21,8 @@ from .update_loop import UpdateLoop
 from .world import World
 
 if TYPE_CHECKING:
-    from .managers.rendering import Rendering
-    from .managers.simulation_manager import ManagedSimulation
+    from .renderer.scheduler import SensorScheduler
+    from .simulation import Simulation
 
 StepCallback = Callable[[int, int], object]
 """Called after step i = 1, 2, ... of n as (i, n); False ends the steps."""
@@ -39,8 +37,8 @@ class Driver:
     def __init__(
         self,
         world: World,
-        simulation: ManagedSimulation,
-        rendering: Rendering,
+        simulation: Simulation,
+        rendering: SensorScheduler,
         timeline: Timeline,
         run_loop: RunLoop,
         bus: MessageBus,
@@ -50,21 +48,12 @@ class Driver:
         switches_mode: bool,
     ) -> None:
         self.timeline, self.run_loop, self.settings, self.warn = timeline, run_loop, settings, world.warn
-        self.updates = UpdateLoop(
-            world, simulation.steps, rendering.scheduler, rendering.hand_over, timeline, run_loop, bus, phases
-        )
-        self.loop = LoopRunner(run_loop, settings)
-        """Manual mode and step size of the run loop."""
+        self.updates = UpdateLoop(world, simulation, rendering, timeline, run_loop, bus, phases)
         self._world, self._simulation, self._rendering, self._bus = world, simulation, rendering, bus
         self._clock = simulation.clock
         self._async_updates = AsyncUpdates(self.updates)
         self._speed = Speed(run_loop.wall_clock.now)
         follow_timeline(self._speed, self._clock, run_loop, settings, phases, switches_mode=switches_mode)
-
-    @property
-    def orchestrator(self) -> Orchestrator:
-        """Makes steps that return after attached writers have been called."""
-        return Orchestrator(self)
 
     @property
     def speed(self) -> Fraction | None:
@@ -117,7 +106,7 @@ class Driver:
         """Sets every clock to its value right after play, except the monotonic clock and the loop's."""
         self.timeline.set_current_time(self.timeline.start_time)
         self._simulation.restart_time()
-        self._rendering.scheduler.restart()
+        self._rendering.restart()
         self._bus.restart()
 
     # -- updates -----------------------------------------------------------------------------------------------------

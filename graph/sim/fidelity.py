@@ -189,7 +189,7 @@ class Fidelity(PhysicsKnobs):
             error="frame: v times the time from the tick to the end of its update",
             why="as in Isaac Sim 6, and it costs no more",
             finer="sensor",
-            read_by="graph.sim.managers.simulation_manager",
+            read_by="graph.sim.simulation",
         ),
     ] = "sensor"
 

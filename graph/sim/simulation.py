@@ -1,65 +1,237 @@
-"""Physics steps: those of an update, direct ones, and the work around each of them."""
+"""The simulation of one App: its world is built, stepped and freed, with the work around each step."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Literal
 
 from graph.base import exact
 from graph.base.errors import RunError
 from graph.base.limits import allowed, most
+from graph.base.suggesting import Suggesting
 
 from . import settings as keys
+from .messages.bus import MessageBus
+from .options import frames_come_later
 from .phases import Phases
+from .renderer.scheduler import SensorScheduler
+from .scene.scene_attributes import scene_prims
 from .settings import Settings
-from .timing.clocks import Accumulator, checked_rate
+from .state.tensors import Tensors
+from .timing.clocks import Accumulator, PhysicsClock, checked_rate
 from .timing.time_queries import TimeQueries
+from .timing.timeline import Change, Timeline
 from .world import EXTERNAL_TIME, World
 
 if TYPE_CHECKING:
+    from .live.animation import Animation
     from .physics.protocol import PhysicsEngine
 
 _FEW_STEPS = 1000
 """Up to this many steps of an update, the limit is not looked up."""
 
 
-class StateCaptures(Protocol):
-    """The interface of a consumer of poses between two steps (`renderer.scheduler.SensorScheduler`)."""
-
-    next_capture: int
-    """The step count after which `capture` must be called."""
-
-    def plan(self, target: int, *, renders_there: bool) -> None:
-        """Before steps run up to count `target`: decides after which of them the poses are needed."""
-
-    def capture(self) -> None:
-        """Stores the present poses."""
+Milestone = Literal["built", "warm", "started", "paused", "resumed", "stopped", "restored"]
+"""The world is built, warm, plays; the timeline pauses, resumes, stops; the world is freed and the stage restored."""
 
 
-class Simulation:
-    """Steps a world on the physics clock.
+class Simulation(TimeQueries, Suggesting):
+    """The simulation of one App: builds, steps and frees its world on the physics clock, and gives the times.
 
     Each substep: pre-step subscribers, the engine's step, post-step subscribers below order 0, bookkeeping (count,
     time, external time, system time), a capture of poses if a sensor needs this state, the other post-step subscribers.
     So subscribers below order 0 see the old time, the others the new one.
+
+    It is *warm* from the end of `initialize_physics`, which playing calls, to `invalidate_physics`, which stopping
+    calls.
     """
 
     def __init__(
-        self, world: World, times: TimeQueries, captures: StateCaptures, settings: Settings, phases: Phases
+        self,
+        world: World,
+        clock: PhysicsClock,
+        scheduler: SensorScheduler,
+        timeline: Timeline,
+        bus: MessageBus,
+        settings: Settings,
+        phases: Phases,
+        now: Callable[[], Fraction],
+        *,
+        follows_stage_rate: bool,
     ) -> None:
-        self.clock = times.clock
+        """now: the wall clock's time [s]. follows_stage_rate: play takes the rate of the active physics scene."""
+        super().__init__(clock, scheduler, settings, now, world.warn)
         self.pre_step = phases["physics_pre_step"]
         self.post_step = phases["physics_post_step"]
         self.enabled = bool(settings.get(keys.PLAY_SIMULATIONS))
         """Whether updates step physics."""
-        self._world, self._times, self._captures, self._settings = world, times, captures, settings
-        self._accumulator = Accumulator(self.clock.rate)
+        self.warm = False
+        """Whether `initialize_physics` has been done since the last stop."""
+        self.warms_up = True
+        """Whether play and resume warm up and reach the milestones "started" and "resumed"."""
+        self.cools = True
+        """Whether stop ends the warm state."""
+        self.tensors = Tensors(world)
+        """All bodies, joints and contacts as arrays."""
+        self._world, self._scheduler, self._timeline, self._bus = world, scheduler, timeline, bus
+        self._settings, self._phases = settings, phases
+        self._accumulator = Accumulator(clock.rate)
         self._session = 0
+        self._animation: Animation | None = None
+        self._follows_stage_rate = follows_stage_rate
+        self._authored_rate = world.authored_rate
+        world.let_take_rate(self._take_authored_rate)
         settings.subscribe(keys.PLAY_SIMULATIONS, self._set_enabled)
         settings.subscribe(keys.MIN_FRAME_RATE, self._set_min_frame_rate)
-        world.set_rate(self.clock.rate)
+        world.set_rate(clock.rate)
         self._configure()
+        self._set_up_scheduler()
+
+    # -- life --------------------------------------------------------------------------------------------------------
+
+    def build(self) -> None:
+        """Builds the world and binds sensors to it; playing calls it."""
+        from .live.animation import animate
+        from .scene.diagnostics import quiet
+        from .scene.stage import scene_name
+
+        self._take_authored_rate()
+        with quiet(self._world.warn, scene_name(self._world.stage)):
+            self._world.build()
+            self._set_up_scheduler()
+            self._scheduler.capture_state = self._world.fabric.capture
+            self._scheduler.begin_play()
+            self._animation = animate(self._world, self._timeline, self, self._phases)
+            self._reached("built")
+
+    def free(self) -> None:
+        """Frees what `build` has built and restores the stage; stopping calls it."""
+        if self._animation is not None:
+            self._animation.close()
+            self._animation = None
+        self._world.release()
+        self.end()
+        if self.cools:
+            self.warm = False
+        self._scheduler.capture_state = None
+        self._scheduler.end_play()
+        self._bus.restart()
+        self._world.restore()
+        self._reached("restored")
+
+    def _take_authored_rate(self) -> None:
+        """Takes a rate that was authored on the active physics scene since the last reading."""
+        authored, before = self._world.authored_rate, self._authored_rate
+        self._authored_rate = authored
+        if not self._follows_stage_rate or authored is None or authored == before:
+            return
+        if not authored:
+            self.refuse_rate_zero()
+        elif float(authored) != float(self.clock.rate):  # not written by `set_dt`, whose exact rate is used
+            self.set_rate(max(Fraction(1), Fraction(int(authored))) if self.truncates else authored)
+
+    def follow(self, change: Change) -> None:
+        """Applies a change of the timeline's state to the world: builds or frees it, calls subscribers."""
+        if change == "stop":
+            self.free()
+        elif change == "play" and not self.built:
+            self.build()
+        try:
+            self._phases[change]()
+            self._followed(change)
+        except BaseException:
+            if change == "play":
+                self.free()
+            raise
+
+    def initialize_physics(self) -> None:
+        """Builds the world if needed and runs the warm-up steps; does nothing when warm.
+
+        Playing calls it. If it is called while stopped, the world exists until `invalidate_physics` or stop.
+        """
+        if self.warm:
+            return
+        if not self.built:
+            self.build()
+        self.warm_up()
+        self.warm = True
+        self._reached("warm")
+
+    def invalidate_physics(self) -> None:
+        """Ends the warm state: the next play warms up again. If the timeline is not playing the world is freed."""
+        self.warm = False
+        if self.built and self._timeline.is_stopped():
+            self.free()
+
+    def _followed(self, change: Change) -> None:
+        """Reaches the milestone of a change of the timeline's state; a play also warms up, if `warms_up`."""
+        if self._timeline.silent:
+            return
+        if change == "pause":
+            self._reached("paused")
+        elif change == "stop":
+            self._reached("stopped")
+        elif self.warms_up and self._settings.get(keys.PLAY_SIMULATIONS):
+            if self.warm:
+                self._reached("resumed")
+            else:
+                self.initialize_physics()
+                self._reached("started")
+
+    def _reached(self, milestone: Milestone) -> None:
+        """Called at each milestone, after its own work and subscribers."""
+
+    def take_stage(self, default_rate: Fraction) -> None:
+        """Takes the rate [Hz] of another stage, which has taken the place of the former one; else `default_rate`."""
+        self._authored_rate = self._world.authored_rate
+        if self._follows_stage_rate:
+            self.set_rate(self._authored_rate or default_rate)
+
+    def close(self) -> None:
+        """Called when the App closes, after the last stop."""
+
+    def refuse_rate_zero(self, path: str | None = None) -> None:
+        """Warns that 0 steps per second is stored but not run.
+
+        In the product, a world that is not built yet runs at 1 Hz.
+        """
+        if self.truncates and not self.built:
+            self.set_rate(Fraction(1))
+        if not self.built:
+            self._take_authored_rate()  # play would
+        message = (
+            f"a dt of 0 is stored, but physics does not run at rate 0; it goes on at {float(self.clock.rate):g} Hz"
+        )
+        self._world.warn("physics-rate-zero", path or str(next(scene_prims(self._world.stage)).GetPath()), message)
+
+    def _set_up_scheduler(self) -> None:
+        settings, scheduler = self._settings, self._scheduler
+        scheduler.multi_tick = settings.get(keys.MULTI_TICK)
+        scheduler.capture_at_ticks = self._world.fidelity.tlas == "sensor" and settings.get(keys.SENSOR_TICK_TLAS)
+        scheduler.autotrigger_idle = settings.get(keys.AUTOTRIGGER_IDLE)
+        scheduler.frames_later = frames_come_later(settings)
+
+    # -- steps ---------------------------------------------------------------------------------------------------------
+
+    @property
+    def truncates(self) -> bool:
+        """Whether a dt is stored as a whole number of steps per second, as in the profile `isaacsim-6.0.1`."""
+        return bool(self._settings.get(keys.TRUNCATE_STEPS))
+
+    @property
+    def physics(self) -> PhysicsEngine | None:
+        """The physics engine; None while stopped or when nothing is dynamic."""
+        return self._world.physics
+
+    @property
+    def built(self) -> bool:
+        """Whether there is a world: from play, or `initialize_physics`, to stop."""
+        return self._world.built
+
+    def is_paused(self) -> bool:
+        """Whether the timeline is paused."""
+        return self._timeline.is_paused()
 
     @property
     def steps_per_second(self) -> Fraction:
@@ -106,11 +278,14 @@ class Simulation:
     ) -> None:
         """Runs `steps` physics steps at once: no timeline, no rendering; the carry is dropped.
 
+        A play that waits for the next update is applied first.
         `callback(i, steps)` is called after step i = 1, 2, ...; False ends it. Fabric always follows if it is on;
         `update_fabric` raises ValueError if it is off. Raises RunError without a built world.
         """
         steps = exact.count(steps, "steps", least=0)
         world = self._world
+        if not world.built:
+            self._timeline.commit()
         if not world.built:
             raise RunError("physics cannot step while the timeline is stopped; call app.play() first")
         if world.live is not None:
@@ -139,8 +314,8 @@ class Simulation:
 
     def run_steps(self, steps: int, *, renders_next: bool = False) -> None:
         """Runs `steps` substeps. The clocks count finished steps also if the engine raises."""
-        clock, times, session, before = self.clock, self._times, self._session, self.clock.count
-        self._captures.plan(clock.count + steps, renders_there=renders_next)
+        clock, session, before = self.clock, self._session, self.clock.count
+        self._scheduler.plan(clock.count + steps, renders_there=renders_next)
         observed = bool(self.pre_step or self.post_step)
         try:
             if observed:
@@ -152,13 +327,13 @@ class Simulation:
         finally:
             done = clock.count - before
             if self._session == session and done:
-                each = not observed if times.samples.per_substep else not renders_next
+                each = not observed if self.samples.per_substep else not renders_next
                 self._world.fabric.set(*EXTERNAL_TIME, clock.seconds)
-                times.stepped(done if each else 1)
+                self.stepped(done if each else 1)
 
     def _run_unobserved(self, physics: PhysicsEngine, target: int) -> None:
         """Steps to count `target`, all at once except where poses are captured."""
-        fabric, clock, captures = self._world.fabric, self.clock, self._captures
+        fabric, clock, captures = self._world.fabric, self.clock, self._scheduler
         while clock.count < target:
             upcoming = captures.next_capture
             stop = upcoming if clock.count < upcoming < target else target
@@ -172,8 +347,8 @@ class Simulation:
                 captures.capture()
 
     def _run_observed(self, steps: int) -> None:
-        clock, world, captures, session = self.clock, self._world, self._captures, self._session
-        fabric, stepped, samples = world.fabric, self._times.stepped, int(self._times.samples.per_substep)
+        clock, world, captures, session = self.clock, self._world, self._scheduler, self._session
+        fabric, stepped, samples = world.fabric, self.stepped, int(self.samples.per_substep)
         for _ in range(steps):
             self.pre_step()
             if self._session != session:  # a subscriber stopped the simulation
@@ -211,7 +386,7 @@ class Simulation:
         """Sets time, count and carry to 0 and drops the samples; the monotonic clock continues."""
         self.clock.reset()
         self._accumulator.clear()
-        self._times.samples.clear()
+        self.samples.clear()
         self._world.fabric.set(*EXTERNAL_TIME, 0.0)
 
     def _set_enabled(self, value: bool) -> None:

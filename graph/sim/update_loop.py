@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -21,17 +20,13 @@ if TYPE_CHECKING:
 
 
 class UpdateLoop:
-    """Runs the updates of one App. Subscribers of a phase must not call it.
-
-    hand_over: gives the frames of an update to callbacks and writers.
-    """
+    """Runs the updates of one App. Subscribers of a phase must not call it."""
 
     def __init__(
         self,
         world: World,
         simulation: Simulation,
         scheduler: SensorScheduler,
-        hand_over: Callable[[], None],
         timeline: Timeline,
         run_loop: RunLoop,
         bus: MessageBus,
@@ -45,7 +40,6 @@ class UpdateLoop:
         self.closed = False
         """Whether the App is closed, so that no update can run."""
         self._world, self._simulation, self._scheduler = world, simulation, scheduler
-        self._give_frames = hand_over
         self._timeline, self._bus = timeline, bus
         self._timeline_state, self._timeline_phase = phases["timeline_state"], phases["timeline"]
         self._physics_phase, self._graphs_phase = phases["physics"], phases["simulation_graphs"]
@@ -158,7 +152,7 @@ class UpdateLoop:
         began, io = perf_counter(), bus.io_seconds
         for callback in self._frames_phase.before:
             callback()
-        self._give_frames()
+        self._scheduler.hand_over()
         for callback in self._frames_phase.after:
             callback()
         bus.release()

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
     from graph.testing.cases import Case
     from graph.testing.node import Trace
     from graph.testing.trace import GraphTrace

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
 
 PARTS = {
     "physics": "physics steps",

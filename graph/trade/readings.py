@@ -25,7 +25,7 @@ from sensors.lidar import names as lidars
 from sensors.radar import names as radars
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
     from graph.sim.renderer.products import RenderProduct
     from sensors.frame import Frame
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from graph.sim.transforms import rotation_matrices
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
     from graph.sim.physics.protocol import PhysicsEngine
 
 Floats = NDArray[np.float64]

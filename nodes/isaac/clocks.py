@@ -12,7 +12,7 @@ from graph.node import Attribute, Database, node_type
 from graph.values.precision import single
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
 
 NUMERATOR = Attribute(
     "int64",

@@ -54,7 +54,7 @@ def on_physics_step(db: Database) -> bool:
     now = app.wall_clock.now()
     passed = Fraction(0) if memory.system is None else now - memory.system
     memory.steps, memory.system = steps, now
-    db.outputs.deltaSimulationTime = simulation.get_physics_dt()
+    db.outputs.deltaSimulationTime = float(1 / simulation.steps_per_second)
     db.outputs.deltaSystemTime = int(passed * 1_000_000) / 1_000_000
     db.fire("step")
     return True

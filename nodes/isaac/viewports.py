@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from graph.node import Attribute, Database, node_type
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
 
 DEFAULT = "Viewport"
 """The viewport that is always there."""

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from graph.sim import App
+    from graph.sim.app import App
 
 PRIMS = Attribute("target", "the prims to place, each in the frame of its parent", default=[])
 EXEC_IN = Attribute("execution", "places the prims again")

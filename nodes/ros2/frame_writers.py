@@ -16,7 +16,7 @@ from .profiles import offered_quality
 
 if TYPE_CHECKING:
     from graph.node import Database
-    from graph.sim import App
+    from graph.sim.app import App
     from graph.sim.renderer.products import RenderProduct
     from sensors.frame import Frame
 

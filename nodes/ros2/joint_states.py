@@ -14,7 +14,7 @@ from .publishing import TIME_STAMP, Publisher, check_names, publisher_inputs, su
 from .robot_messages import JOINT_STATE, joint_state
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
 
 GIVEN = "one per joint, or none; with jointNames"
 PRISMATIC = 1

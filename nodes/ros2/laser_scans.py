@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from graph.sim import App
+    from graph.sim.app import App
 
 LASER_SCAN = "sensor_msgs/msg/LaserScan"
 

@@ -9,7 +9,7 @@ from graph.node import Attribute, Database, node_type
 from .imu import EVERY_STEP, sensor_prim
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
 
 THRESHOLD, RADIUS = (0.0, 100000.0), -1.0
 """Defaults of an IsaacContactSensor's attributes."""

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from graph.sim import App
+    from graph.sim.app import App
 
     Floats = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ from .names import AUX_LEVELS, MODALITY, OWN_CHANNELS, PRIM_TYPE
 if TYPE_CHECKING:
     from pxr import Usd
 
-    from graph.sim import App
+    from graph.sim.app import App
 
     from .runtime import AcousticRuntime
 

@@ -15,7 +15,7 @@ from .registry import check_product
 from .types import AnnotatorType, Reading
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
     from graph.sim.renderer.products import RenderProduct
     from sensors.frame import Frame
 
@@ -132,7 +132,7 @@ def only_product(products: Product, app: App | None, name: str) -> tuple[App, Re
 
     Raises SensorValueError, starting with `name`, for zero or several products, and for one that does not exist.
     """
-    from graph.sim import App
+    from graph.sim.app import App
 
     listed = list(products) if isinstance(products, (list, tuple)) else [products]
     if len(listed) != 1:

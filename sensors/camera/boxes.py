@@ -20,7 +20,7 @@ from .entities import entities_of, lineage
 from .view import View
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
 
 
 @dataclass(slots=True)

@@ -18,7 +18,7 @@ from .rays import TO_USD
 from .view import View
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
 
     from .runtime import CameraRuntime
 

@@ -14,7 +14,7 @@ from sensors.surfaces.semantics import Labels, labels_of, numbered
 from .channels import FIRST, INSTANCE, LABELLED, SEMANTIC
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from .smooth import Smooth, smooth_surfaces, smoothen
 from .view import View, look
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
 
 
 def sample_places(count: int) -> list[tuple[float, float]]:

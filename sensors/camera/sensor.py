@@ -16,7 +16,7 @@ from .authoring import RtxCamera
 from .camera_view import CameraView
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
 
     from .runtime import CameraRuntime
 

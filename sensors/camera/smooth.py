@@ -20,7 +20,7 @@ from .paints import ByCorner, Painter
 from .view import View
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
 
 FLAT = 1e-4
 """Normals that differ by less than this from the triangle's do not make a surface smooth."""

@@ -18,7 +18,7 @@ from .sensor import WIDTHS, CameraSensor, checked_resolution, handed_out
 from .tiles import TileGroup
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
 
 
 class TiledCameraSensor(Suggesting):
@@ -38,7 +38,7 @@ class TiledCameraSensor(Suggesting):
         render_vars: Iterable[str] | None = None,
         app: App | None = None,
     ) -> None:
-        from graph.sim import App
+        from graph.sim.app import App
 
         names = _checked(annotators)
         app = app if app is not None else App.current()

@@ -21,7 +21,7 @@ from .returns import Shot, Span
 from .turns import Turns
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
 
 
 MOST_SPANS = 64

@@ -11,7 +11,7 @@ from sensors.sensor import PointSensor
 from .authoring import Lidar
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
 
     from .runtime import LidarRuntime
 

@@ -17,7 +17,7 @@ from .prim import read_config, write_config
 if TYPE_CHECKING:
     from pxr import Usd
 
-    from graph.sim import App
+    from graph.sim.app import App
 
     from .runtime import LidarRuntime
 

@@ -16,7 +16,7 @@ from graph.sim.transforms import quaternions, rigid_part, rotation_matrices, sle
 from .trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
 
 LAST = 1000
 """Order among the subscribers of a step: it is last, so the stored state includes what the others move."""

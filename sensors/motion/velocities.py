@@ -12,7 +12,7 @@ from sensors.compiled import compiled
 from sensors.raycast.shared import cast_world, present_app
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
 
 
 class Velocities(Protocol):

@@ -11,7 +11,7 @@ from sensors.raycast.ranged import cast_ranged
 from sensors.raycast.shared import cast_world
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
 
 
 def fire(

@@ -17,7 +17,7 @@ from sensors.errors import SensorValueError
 if TYPE_CHECKING:
     from pxr import Usd
 
-    from graph.sim import App
+    from graph.sim.app import App
     from graph.sim.phases import Unsubscribe
 
 Told = Callable[["ProximitySensor"], object]
@@ -50,7 +50,7 @@ class ProximitySensor(Suggesting):
         *,
         app: App | None = None,
     ) -> None:
-        from graph.sim import App
+        from graph.sim.app import App
 
         self._app = weakref.ref(app if app is not None else App.current())
         self.path = parent if isinstance(parent, str) else str(parent.GetPath())
@@ -157,7 +157,7 @@ def register_sensor(sensor: ProximitySensor) -> None:
 
 def clear_sensors(app: App | None = None) -> None:
     """Ends the updates of all registered sensors of an App; None is the App entered last."""
-    from graph.sim import App
+    from graph.sim.app import App
 
     for ends in _registered.pop(app if app is not None else App.current(), {}).values():
         for end in ends:

@@ -14,7 +14,7 @@ from .names import BEAM_CHANNELS, BEAM_TIME, LIDAR, LIGHT_BEAM
 if TYPE_CHECKING:
     from pxr import Usd
 
-    from graph.sim import App
+    from graph.sim.app import App
     from graph.sim.renderer.sensor import Sensor
 
 

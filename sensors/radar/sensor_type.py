@@ -20,7 +20,7 @@ from .prim import read_config
 if TYPE_CHECKING:
     from pxr import Usd
 
-    from graph.sim import App
+    from graph.sim.app import App
 
     from .runtime import RadarRuntime
 

@@ -17,7 +17,7 @@ from sensors.surfaces.semantics import Labels, numbered, surface_label
 from .world import CastWorld, bodies_of, soft_prim
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
     from graph.sim.geometry.collect import Mesh
 
 _worlds: weakref.WeakKeyDictionary[App, tuple[Any, CastWorld]] = weakref.WeakKeyDictionary()

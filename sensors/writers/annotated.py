@@ -9,7 +9,7 @@ from sensors.annotators.annotator import Annotator
 from sensors.annotators.registry import find_annotator
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
     from graph.sim.renderer.products import RenderProduct
     from sensors.frame import Frame
 

@@ -19,7 +19,7 @@ from sensors.annotators.registry import find_annotator
 from .annotated import AnnotatedWriter
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
     from graph.sim.renderer.products import RenderProduct
 
 IMAGES = ("rgb", "normals")

@@ -21,7 +21,7 @@ from .scale import with_bar
 from .top_picture import TopPicture
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
     from graph.sim.renderer.products import RenderProduct
     from sensors.frame import Frame
 

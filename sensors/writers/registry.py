@@ -17,7 +17,7 @@ from .annotated import AnnotatedWriter
 from .spec import DEBUG_DRAW, REGISTRY, Writer, WriterSpec
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
     from graph.sim.renderer.products import RenderProduct
 
 

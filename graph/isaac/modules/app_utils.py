@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from graph.isaac.managers.app_utils import is_paused, is_playing, is_stopped, pause, play, stop
 from graph.isaac.session import kit
-from graph.sim.app_utils import is_paused, is_playing, is_stopped, pause, play, stop
 
 __all__ = [
     "disable_extension",

@@ -76,6 +76,11 @@ class SensorScheduler:
             self._list.remove(path)
             self._bind()
 
+    def take_stage(self, stage: Any) -> None:
+        """Removes every product, because its sensor was on the former stage."""
+        for path in list(self.products):
+            self.remove(path)
+
     def begin_play(self) -> None:
         """Records the present products and writers; only they outlive the next stop."""
         self._list.begin_play()
@@ -103,6 +108,11 @@ class SensorScheduler:
     def _sort(self) -> None:
         self._list.sort()
         self._bind()
+
+    def close(self) -> None:
+        """Ends the schedule; products can still be read."""
+        for product in self.history:
+            product.on_enabled = _ignored
 
     # -- times -------------------------------------------------------------------------------------------------------
 
@@ -214,6 +224,12 @@ class SensorScheduler:
         else:
             return
         self._find_next_due()
+
+    def hand_over(self) -> None:
+        """Gives the frames of this update to the writers of their products."""
+        for product in tuple(self.new_frames):
+            for writer in tuple(product.writers):
+                writer(product.frame)
 
     def _forget_frames(self) -> None:
         self.new_frames, self._pending, self._held = [], [], True
@@ -328,3 +344,7 @@ class SensorScheduler:
         for product in self.new_frames:
             product.new_frame = False
         self.new_frames = []
+
+
+def _ignored(product: RenderProduct) -> None:
+    """Nobody schedules it any more."""

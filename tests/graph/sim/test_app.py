@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from graph.base.errors import RunError, UserError
+from graph.isaac.managers.rendering import NEW_FRAME
 from graph.sim import App, MemorySink, VirtualClock
 from graph.sim import settings as keys
-from graph.sim.managers.rendering import NEW_FRAME
 from graph.sim.phases import EVENTS, PHASES
 from graph.sim.scene.stage import open_stage
 from tests.support.noting_sensor import NotingLidar, NotingSensor, add

@@ -2,8 +2,8 @@
 
 import pytest
 
+from graph.isaac.managers.physics_scene import PhysicsScene
 from graph.sim import App
-from graph.sim.managers.physics_scene import PhysicsScene
 
 SCENE = {"/Scene": {"type": "PhysicsScene", "schemas": "PhysxSceneAPI"}}
 BALL = {"/Ball": {"type": "Sphere", "radius": 0.1, "rigid_body": True}}
@@ -66,7 +66,7 @@ def test_the_rate_that_usd_writes_is_followed_and_getters_agree():
         scene, wrapper = app.stage.GetPrimAtPath("/Scene"), PhysicsScene("/Scene", app)
         scene.GetAttribute("physxScene:timeStepsPerSecond").Set(120)
         assert wrapper.get_dt() == pytest.approx(1 / 120)
-        assert app.simulation.setup.get_physics_dt() == pytest.approx(1 / 120)
+        assert app.simulation.get_physics_dt() == pytest.approx(1 / 120)
         app.play()
         app.update()
         scene.GetAttribute("physxScene:timeStepsPerSecond").Set(300)

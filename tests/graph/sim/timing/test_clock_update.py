@@ -6,9 +6,9 @@ from fractions import Fraction
 
 import pytest
 
+from graph.isaac.managers.rendering import NEW_FRAME
 from graph.sim import App
 from graph.sim import settings as keys
-from graph.sim.managers.rendering import NEW_FRAME
 from tests.support.noting_sensor import NotingSensor, add
 
 PRODUCT = "isaacsim-6.0.1"

@@ -295,7 +295,7 @@ def test_row_frames_delivered(parity, settings, value):
         assert rendered == [Fraction(1, 20), Fraction(2, 20)]
         assert told == [(update + (1 if value else 0), time) for update, time in zip((2, 5), rendered, strict=True)]
         assert fresh == [update in dict(told) for update in range(7)]
-        assert not app.rendering.scheduler.pending_frames
+        assert not app.rendering.pending_frames
 
 
 def test_row_frames_delivered_a_pause_delivers_what_was_rendered_and_a_stop_drops_it():
@@ -303,15 +303,15 @@ def test_row_frames_delivered_a_pause_delivers_what_was_rendered_and_a_stop_drop
         product = add(app, NotingSensor()).product
         app.play()
         app.update()
-        assert (app.rendering.scheduler.pending_frames, product.frames) == (True, 0)
+        assert (app.rendering.pending_frames, product.frames) == (True, 0)
         app.pause()
         app.update()
-        assert (app.rendering.scheduler.pending_frames, product.frames) == (False, 1)
+        assert (app.rendering.pending_frames, product.frames) == (False, 1)
         app.play()
         app.update()
         app.stop()
         app.update()
-        assert (app.rendering.scheduler.pending_frames, product.frames) == (False, 0)
+        assert (app.rendering.pending_frames, product.frames) == (False, 0)
 
 
 def test_row_frames_delivered_a_product_taken_away_gets_nothing():

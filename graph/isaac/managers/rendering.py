@@ -1,8 +1,8 @@
-"""The rendering side of an App: its sensor scheduler, and the calls of Isaac Sim's RenderingManager."""
+"""`app.rendering` in Isaac Sim's names: its RenderingManager over the sensor scheduler of one App."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import StrEnum
 from fractions import Fraction
@@ -13,7 +13,6 @@ from graph.base import exact
 from graph.base.errors import RunError
 from graph.base.suggesting import Suggesting
 from graph.sim import settings as keys
-from graph.sim.forwarding import forward
 from graph.sim.renderer.products import RenderProduct
 from graph.sim.renderer.scheduler import SensorScheduler
 from graph.sim.settings import Settings
@@ -56,15 +55,8 @@ class Updates(Protocol):
         """Waits for the next update and triggers it."""
 
 
-def _ignored(product: RenderProduct) -> None:
-    """Nobody schedules it any more."""
-
-
-class Rendering(Suggesting):
-    """The user's interface to rendering: render products, dt of the run loop, NEW_FRAME callbacks.
-
-    `scheduler` renders the products that are due; `products` are all of them, by path.
-    """
+class Rendering(SensorScheduler, Suggesting):
+    """The sensor scheduler with the RenderingManager's calls: dt of an update, updates without physics, callbacks."""
 
     def __init__(
         self,
@@ -75,8 +67,7 @@ class Rendering(Suggesting):
         stage: Any,
         warn: Callable[[str, str, str], None],
     ) -> None:
-        self.scheduler = SensorScheduler(clock, None, lambda: run_loop.time)
-        self.products: Mapping[str, RenderProduct] = self.scheduler.products
+        super().__init__(clock, None, lambda: run_loop.time)
         self.updates: Updates | None = None
         """Runs the updates of `render`; None before the driver exists, and after the App is closed."""
         self._run_loop, self._timeline, self._settings = run_loop, timeline, settings
@@ -85,39 +76,11 @@ class Rendering(Suggesting):
         self._callbacks = CallbackList()
         self._ids = count()
 
-    # -- products ----------------------------------------------------------------------------------------------------
-
-    add = forward("scheduler", SensorScheduler.add)
-    remove = forward("scheduler", SensorScheduler.remove)
-
-    @property
-    def history(self) -> tuple[RenderProduct, ...]:
-        """Every product made so far, including removed ones; the newest one of each path."""
-        return self.scheduler.history
-
-    @property
-    def new_frames(self) -> Sequence[RenderProduct]:
-        """The products that delivered a frame in this update, in the order of their creation."""
-        return self.scheduler.new_frames
-
-    @property
-    def time(self) -> Fraction:
-        """The external time [s] that schedules follow."""
-        return self.scheduler.time
-
-    @property
-    def moment(self) -> Fraction:
-        """The external time [s] from which a product made now exists: that of the start of a running update."""
-        return self.scheduler.moment
-
     def hand_over(self) -> None:
         """Gives this update's frames to the NEW_FRAME callbacks and then to the products' writers."""
-        new = tuple(self.scheduler.new_frames)
         if self._callbacks:
-            self._callbacks(FrameEvent(NEW_FRAME, {"products": new}))
-        for product in new:
-            for writer in tuple(product.writers):
-                writer(product.frame)
+            self._callbacks(FrameEvent(NEW_FRAME, {"products": tuple(self.new_frames)}))
+        super().hand_over()
 
     # -- the run loop ------------------------------------------------------------------------------------------------
 
@@ -151,9 +114,8 @@ class Rendering(Suggesting):
             self._stage.SetTimeCodesPerSecond(self._time_codes)
 
     def take_stage(self, stage: Any) -> None:
-        """Removes every product, because its sensor was on the former stage."""
-        for path in list(self.products):
-            self.scheduler.remove(path)
+        """As `SensorScheduler.take_stage`; `set_dt` writes to the new stage."""
+        super().take_stage(stage)
         self._stage = stage
 
     def get_dt(self) -> float:
@@ -183,15 +145,15 @@ class Rendering(Suggesting):
 
     @contextmanager
     def _without_physics(self) -> Iterator[None]:
-        settings, scheduler = self._settings, self.scheduler
+        settings = self._settings
         simulated = settings.get(keys.PLAY_SIMULATIONS)
-        idle = scheduler.autotrigger_idle
+        idle = self.autotrigger_idle
         settings.set(keys.PLAY_SIMULATIONS, False)
-        scheduler.autotrigger_idle = True
+        self.autotrigger_idle = True
         try:
             yield
         finally:
-            scheduler.autotrigger_idle = idle
+            self.autotrigger_idle = idle
             settings.set(keys.PLAY_SIMULATIONS, simulated)
 
     def _updates(self) -> Updates:
@@ -241,7 +203,6 @@ class Rendering(Suggesting):
 
     def close(self) -> None:
         """Ends callbacks and updates; products can still be read."""
+        super().close()
         self._callbacks.clear()
         self.updates = None
-        for product in self.scheduler.history:
-            product.on_enabled = _ignored

@@ -65,7 +65,7 @@ class Setup(Protocol):
         """Whether a dt is stored as a whole number of steps per second."""
 
     @property
-    def steps_per_second(self) -> Fraction:
+    def next_rate(self) -> Fraction:
         """The rate of the next step [Hz]."""
 
     def set_rate(self, steps_per_second: Fraction) -> None:
@@ -81,19 +81,11 @@ class Setup(Protocol):
         """Gives a warning."""
 
 
-class Simulations(Protocol):
-    """The part of `App.simulation` that is used here."""
-
-    @property
-    def setup(self) -> Setup:
-        """The set-up of the simulation."""
-
-
 class Simulated(Protocol):
     """The part of an App that is used here."""
 
     @property
-    def simulation(self) -> Simulations:
+    def simulation(self) -> Setup:
         """Its simulation."""
 
 
@@ -112,7 +104,7 @@ class PhysicsScene(Suggesting):
         if setup is None:
             if app is None:
                 app = entered.current() if named else entered.of_stage(prim.GetStage()) if prim else None
-            setup = None if app is None else app.simulation.setup
+            setup = None if app is None else app.simulation
         if named:
             assert setup is not None  # entered.current() raises without an App
             prim = _scene_at(setup, str(prim))
@@ -221,7 +213,7 @@ class PhysicsScene(Suggesting):
             return stored
         if self.is_active:
             assert self._setup is not None
-            return self._setup.steps_per_second
+            return self._setup.next_rate
         return Fraction(DEFAULT_RATE) if stored is None else stored
 
     def store_rate(self, rate: Fraction, *, as_step: bool = False) -> None:

@@ -8,14 +8,10 @@ from fractions import Fraction
 from typing import Any
 
 from graph.base.errors import RunError
-from graph.sim import settings as keys
 from graph.sim.fidelity import Fidelity
 from graph.sim.physics import MUJOCO
 from graph.sim.scene.scene_attributes import applied_schemas, author, scene_prims
-from graph.sim.settings import Settings
-from graph.sim.simulation import Simulation
-from graph.sim.timing.timeline import Timeline
-from graph.sim.world import World
+from graph.sim.simulation import Milestone, Simulation
 
 from .physics_scene import DEFAULT_PATH, PhysicsScene, steps_per_second
 
@@ -24,20 +20,19 @@ WRITE_BACK = ("updateToUsd", "updateParticlesToUsd", "updateVelocitiesToUsd", "u
 _log = logging.getLogger("tickgraph.physics")
 
 
-class SimulationSetup:
+class SimulationSetup(Simulation):
     """The choices of Isaac Sim's SimulationManager on how a world is simulated."""
 
-    def __init__(self, world: World, simulation: Simulation, timeline: Timeline, settings: Settings) -> None:
-        self._world, self._simulation, self._timeline, self._settings = world, simulation, timeline, settings
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
         self.scene_path = DEFAULT_PATH
         """The path of the simulated scene, looked up when the world is built."""
         self._follow_stage = True
         self._set_while_playing: dict[tuple[str, str], tuple[str, Any]] = {}
-        engine = self.get_default_engine()
-        active = world.engine.name
+        engine, active = self.get_default_engine(), self._world.engine.name
         if engine not in (MUJOCO.name, active):
             message = f'there is no physics engine "{engine}"; the active engine is "{active}"'
-            world.warn("physics-engine-unavailable", DEFAULT_ENGINE, message)
+            self.warn("physics-engine-unavailable", DEFAULT_ENGINE, message)
 
     @property
     def stage(self) -> Any:
@@ -45,25 +40,15 @@ class SimulationSetup:
         return self._world.stage
 
     @property
-    def built(self) -> bool:
-        """Whether the world is built: from play, or `initialize_physics`, to stop."""
-        return self._world.built
-
-    @property
-    def steps_per_second(self) -> Fraction:
-        """The rate of the next step [Hz]."""
+    def next_rate(self) -> Fraction:
+        """The rate of the next step [Hz]: before play, that which play would take."""
         if not self.built:
-            self._world.take_rate()  # play would
-        return self._simulation.steps_per_second
+            self._world.take_rate()
+        return self.steps_per_second
 
     def warn(self, code: str, where: str, message: str) -> None:
         """Gives a warning."""
         self._world.warn(code, where, message)
-
-    @property
-    def truncates(self) -> bool:
-        """Whether a dt is stored as a whole number of steps per second, as in the profile `isaacsim-6.0.1`."""
-        return bool(self._settings.get(keys.TRUNCATE_STEPS))
 
     def setup_simulation(self, dt: float | Fraction | None = None, device: str | None = None) -> None:
         """Sets the length of a physics step [s] on every physics scene, also while playing.
@@ -80,14 +65,14 @@ class SimulationSetup:
             self.set_device(device)
         scenes = self._scenes()
         if rate is not None:
-            self._simulation.set_rate(rate)
+            self.set_rate(rate)
             for scene in scenes:
                 scene.store_rate(rate)
 
     def set_physics_dt(self, dt: float | Fraction = 1 / 60, physics_scene: str | None = None) -> None:
-        """Sets the dt [s] of one physics scene, or of all if the path is empty or invalid (deprecated:
+        """Sets the dt [s] of one physics scene, or of all if the path is empty or invalid.
 
-        `PhysicsScene.set_dt`).
+        Deprecated: use `PhysicsScene.set_dt`.
 
         Raises RuntimeError while playing, ValueError unless 0 <= dt <= 1.
         """
@@ -101,7 +86,7 @@ class SimulationSetup:
         if not rate:
             self.refuse_rate_zero(chosen[0].path if chosen else DEFAULT_PATH)
         elif not scenes or chosen[0].path == scenes[0].path:
-            self._simulation.set_rate(rate)
+            self.set_rate(rate)
 
     def get_physics_dt(self, physics_scene: str | None = None) -> float:
         """The dt [s] of a physics scene.
@@ -110,12 +95,12 @@ class SimulationSetup:
         """
         if self.built and physics_scene in (None, self.scene_path):
             prim = self.stage.GetPrimAtPath(self.scene_path)
-            return PhysicsScene(prim, setup=self).get_dt() if prim else float(1 / self.steps_per_second)
+            return PhysicsScene(prim, setup=self).get_dt() if prim else float(1 / self.next_rate)
         scenes = self._scenes()
         for scene in scenes:
             if scene.path == physics_scene:
                 return scene.get_dt()
-        return scenes[0].get_dt() if scenes else float(1 / self.steps_per_second)
+        return scenes[0].get_dt() if scenes else float(1 / self.next_rate)
 
     def get_physics_scenes(self) -> list[PhysicsScene]:
         """The physics scenes of the stage: `NewtonMjcScene` where MjcSceneAPI is applied, else `PhysxScene`."""
@@ -127,17 +112,6 @@ class SimulationSetup:
             for prim in scene_prims(self.stage)
         ]
 
-    def refuse_rate_zero(self, path: str | None = None) -> None:
-        """Warns that 0 steps per second is stored but not run.
-
-        In the product, a world that is not built yet runs at 1 Hz.
-        """
-        if self.truncates and not self.built:
-            self._simulation.set_rate(Fraction(1))
-        rate = float(self.steps_per_second)
-        message = f"a dt of 0 is stored, but physics does not run at rate 0; it goes on at {rate:g} Hz"
-        self._world.warn("physics-rate-zero", path or str(next(scene_prims(self.stage)).GetPath()), message)
-
     def _scenes(self) -> list[PhysicsScene]:
         """The stage's scenes; creates the first one if needed, unless the simulation plays."""
         scenes = [PhysicsScene(prim, setup=self) for prim in scene_prims(self.stage)]
@@ -145,15 +119,13 @@ class SimulationSetup:
             scenes = [PhysicsScene(DEFAULT_PATH, setup=self)]
         return scenes
 
-    def begin(self) -> None:
-        """Called when the world is built: its first physics scene is the simulated one."""
-        self._world.fabric.follow_stage = self._follow_stage
-        first = next(scene_prims(self.stage), None)
-        self.scene_path = DEFAULT_PATH if first is None else str(first.GetPath())
-
-    def set_rate(self, steps_per_second: Fraction) -> None:
-        """Sets a new physics rate [Hz] from the next step on."""
-        self._simulation.set_rate(steps_per_second)
+    def _reached(self, milestone: Milestone) -> None:
+        if milestone == "built":
+            self._world.fabric.follow_stage = self._follow_stage
+            first = next(scene_prims(self.stage), None)
+            self.scene_path = DEFAULT_PATH if first is None else str(first.GetPath())
+        elif milestone == "restored":
+            self._keep_scene_changes()
 
     def scene_changed(self, scene: PhysicsScene, name: str, kind: str, value: Any) -> None:
         """Called when an attribute of a scene was set while playing.
@@ -167,7 +139,7 @@ class SimulationSetup:
             gravity = scene.get_gravity() if enabled else (0.0, 0.0, 0.0)
             self._world.physics.set_gravity([each * meters for each in gravity])
 
-    def keep_scene_changes(self) -> None:
+    def _keep_scene_changes(self) -> None:
         """Authors values again, after stop has restored the stage, that were set on scenes while playing."""
         changes, self._set_while_playing = self._set_while_playing, {}
         for (path, name), (kind, value) in changes.items():

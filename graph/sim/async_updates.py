@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from graph.sim.update_loop import UpdateLoop
+from .update_loop import UpdateLoop
 
 if TYPE_CHECKING:
     import asyncio

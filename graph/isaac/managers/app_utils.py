@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from graph.sim.driver import StepCallback
+
 from .app import App
-from .driver import StepCallback
 
 
 def play(*, commit: bool | None = True) -> None:

@@ -8,9 +8,9 @@ from fractions import Fraction
 
 import pytest
 
+from graph.isaac.managers.rendering import NEW_FRAME
 from graph.sim import App, RenderingEvent
 from graph.sim import settings as keys
-from graph.sim.managers.rendering import NEW_FRAME
 from tests.support.listeners import Listener
 from tests.support.noting_sensor import NotingLidar, NotingSensor, add
 

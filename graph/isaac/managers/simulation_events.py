@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
@@ -14,9 +15,7 @@ from .callbacks import CallbackList, Event, Held, Registered, dropped_early
 
 if TYPE_CHECKING:
     from graph.sim.live.deletions import Deletions
-    from graph.sim.phases import Unsubscribe
-    from graph.sim.simulation import Simulation
-    from graph.sim.world import World
+    from graph.sim.phases import Subscribers, Unsubscribe
 
     from .simulation_setup import SimulationSetup
 
@@ -82,11 +81,10 @@ class StepContext:
 
 
 class SimulationEvents:
-    """The callbacks of one App's simulation; `warm`: whether physics-step callbacks are called yet."""
+    """The callbacks of one App's simulation."""
 
-    def __init__(self, world: World, simulation: Simulation, setup: SimulationSetup) -> None:
-        self.warm = False
-        self._world, self._simulation, self._setup = world, simulation, setup
+    def __init__(self, simulation: SimulationSetup) -> None:
+        self._simulation = weakref.proxy(simulation)  # which holds these
         self._ids = count(FIRST_ID)
         self._lists = {event: CallbackList() for event in _EVENTS.values() if event not in _STEPS}
         self._steps: dict[int, Unsubscribe] = {}
@@ -110,13 +108,13 @@ class SimulationEvents:
         if isinstance(known, IsaacEvents):
             never = "; nothing raises it here" if known is IsaacEvents.POST_RESET else ""
             instead = f"this event is deprecated{never}; use SimulationEvent.{_INSTEAD[known].name}"
-            self._world.warn("event-deprecated", known.name, instead)
+            self._simulation.warn("event-deprecated", known.name, instead)
             known = _INSTEAD[known] if known in _RENAMED else known
         uid = next(self._ids)
 
         def died(called: bool) -> None:
             if self.remove(uid) and not called:
-                self._world.warn("callback-dropped", f"simulation callback {uid}", dropped_early(uid))
+                self._simulation.warn("callback-dropped", f"simulation callback {uid}", dropped_early(uid))
 
         held = Held(callback, died)
         if known in _STEPS:
@@ -172,17 +170,18 @@ class SimulationEvents:
         self._watch()
 
     def _subscribe_steps(self, event: SimulationEvent | IsaacEvents, held: Held, order: int) -> Unsubscribe:
-        simulation, setup = self._simulation, self._setup
+        simulation = self._simulation
         clock = simulation.clock
         pre_step = event is SimulationEvent.PHYSICS_PRE_STEP
 
         def run() -> None:
-            if self.warm:
+            if simulation.warm:
                 callback = held()
                 if callback is not None:
-                    callback(float(1 / clock.rate), StepContext(setup.scene_path, clock.count, clock.time))
+                    callback(float(1 / clock.rate), StepContext(simulation.scene_path, clock.count, clock.time))
 
-        return (simulation.pre_step if pre_step else simulation.post_step).add(run, order)
+        subscribers: Subscribers = simulation.pre_step if pre_step else simulation.post_step
+        return subscribers.add(run, order)
 
     def _watch(self) -> None:
         """Listens to the stage exactly while a callback for deleted prims is registered."""
@@ -195,4 +194,4 @@ class SimulationEvents:
         if callbacks and self._watching:
             from graph.sim.live.deletions import Deletions
 
-            self._deletions = Deletions(self._world.stage, callbacks)
+            self._deletions = Deletions(self._simulation.stage, callbacks)

@@ -1,0 +1,38 @@
+"""`graph.sim.App`: the App whose simulation, rendering and run loop have Isaac Sim's names too."""
+
+from __future__ import annotations
+
+from graph.sim import app
+from graph.sim.timing.clocks import PhysicsClock
+
+from .loop_runner import LoopRunner
+from .orchestrator import Orchestrator
+from .rendering import Rendering
+from .simulation_manager import ManagedSimulation
+
+
+class App(app.App):
+    """One world and its clocks, in Isaac Sim's names too; `graph.sim.app.App` documents the options."""
+
+    simulation: ManagedSimulation
+    rendering: Rendering
+
+    @property
+    def loop(self) -> LoopRunner:
+        """Manual mode and step size of the run loop."""
+        return LoopRunner(self.run_loop, self.settings)
+
+    @property
+    def orchestrator(self) -> Orchestrator:
+        """Makes steps that return after attached writers have been called."""
+        return Orchestrator(self.driver)
+
+    def _new_rendering(self, clock: PhysicsClock) -> Rendering:
+        return Rendering(clock, self.run_loop, self.timeline, self.settings, self.stage, self.warn)
+
+    def _new_simulation(self, clock: PhysicsClock, *, follows_stage_rate: bool) -> ManagedSimulation:
+        parts = self.rendering, self.timeline, self.bus, self.settings, self.phases, self.wall_clock.now
+        return ManagedSimulation(self.world, clock, *parts, follows_stage_rate=follows_stage_rate)
+
+    def _complete(self) -> None:
+        self.rendering.updates = self.driver

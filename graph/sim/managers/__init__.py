@@ -1,1 +1,0 @@
-"""Isaac Sim's managers under their own names, and the ways to drive an App."""
