@@ -23,8 +23,10 @@ def measure(quick: bool) -> Iterator[Row]:
     """Updates of 240 Hz physics in a 60 Hz loop; all bodies fall freely, so that physics itself costs little."""
     for count in COUNTS[:3] if quick else COUNTS:
         rounds = max(3, (5 if quick else 25) // max(1, count // 1000))
-        yield Row(f"update with {count} moving prims, Fabric off / on", off_over_on(count, rounds, False))
-        yield Row("the same, all world transforms read in each update", off_over_on(count, rounds, True))
+        yield Row(f"update with {count:,} moving prims, Fabric off / on", off_over_on(count, rounds, False))
+        yield Row(
+            f"the same with {count:,}, all world transforms read in each update", off_over_on(count, rounds, True)
+        )
     rounds = 5 if quick else 25
     for hz in (240, 960):
         yield Row(

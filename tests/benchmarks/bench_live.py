@@ -19,6 +19,7 @@ from tests.support.live_rig import free_port, listening, ros_domain
 
 TITLE = "Live"
 LIBRARIES = {"foxglove": "foxglove", "dds": "cyclonedds", "zenoh": "zenoh"}
+NEEDS = tuple(LIBRARIES.values())
 DOMAIN = 93
 YARD = Path(__file__).parents[2] / "graphs" / "yard.yaml"
 POINTS = {"top_cloud.topicName": "/points"}

@@ -18,7 +18,7 @@ DEPTH = frozenset({"distance_to_image_plane"})
 def measure(quick: bool) -> Iterator[Row]:
     """A tenth of a second of simulation each; rendering alone would be 1 / 24."""
     for count in COUNTS:
-        yield Row(f"{count} camera(s)", saving(count, 3 if quick else 9))
+        yield Row(f"{count} camera{'' if count == 1 else 's'}", saving(count, 3 if quick else 9))
 
 
 def saving(count: int, rounds: int) -> Median:

@@ -31,6 +31,7 @@ TITLE = "Peers: how many times longer they take (lidar: 64,000 rays at 10 Hz)"
 EMITTERS, TICKS = 32, 2000
 BODIES = (20, 100, 1000)
 SMALL_CHAIN = 100
+NEEDS = ("embreex", "hamilton", "mujoco_lidar", "pipefunc", "warp")
 
 
 def measure(quick: bool) -> Iterator[Row]:

@@ -1,4 +1,4 @@
-"""Keeps the results of benchmarks as JSON, with the machine they come from, and finds those of the run before."""
+"""Stores the results of benchmarks as JSON, with the machine they come from, and finds those of the run before."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from typing import Any
 from measure import Row
 
 FOLDER = Path(__file__).parents[2] / "build" / "benchmarks"
+MEASURED = Path(__file__).with_name("measured.json")
+"""What the manual and README show: of each group its title, rows, machine, date and command."""
 PACKAGES = ("mujoco-core", "open3d", "open3d-cpu", "usd-core", "numpy")
 
 
@@ -51,6 +53,20 @@ def save(rows: dict[str, list[Row]], folder: Path = FOLDER) -> Path:
     text = json.dumps({"date": now.isoformat(timespec="seconds"), "machine": machine(), "rows": groups}, indent=2)
     path.write_text(text + "\n")
     return path
+
+
+def keep(name: str, title: str, rows: list[Row]) -> None:
+    """Replace one group of the figures that the manual shows."""
+    groups: dict[str, Any] = json.loads(MEASURED.read_text()) if MEASURED.exists() else {}
+    columns = ("what", "value", "unit", "bound", "best")
+    groups[name] = {
+        "title": title,
+        "date": f"{datetime.now(UTC):%Y-%m-%d}",
+        "command": f"python tests/benchmarks/run.py {name} --keep",
+        "machine": machine(),
+        "rows": [{column: as_data(row)[column] for column in columns} for row in rows],
+    }
+    MEASURED.write_text(json.dumps(dict(sorted(groups.items())), indent=1) + "\n")
 
 
 def as_data(row: Row) -> dict[str, Any]:

@@ -1,5 +1,7 @@
 """Writes what commands print into the pages of the manual: their options, the knobs, the limits, the extremes.
 
+The figures of benchmarks come from `tests/benchmarks/measured.json`; README shows some of them.
+
 python -m tests.support.manual [--check] [--measure] [--slow]
 
 --check: change nothing, and fail if a page is not up to date. --measure: run the cases of `graph doctor --stability`
@@ -17,6 +19,7 @@ import shlex
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, get_args, get_type_hints
 
 from graph.base.forms import Form
@@ -30,10 +33,12 @@ from graph.sim.fidelity import KNOBS
 from graph.stability.table import CASES, HEADINGS, outcomes
 from graph.trade.metrics import METRICS
 from graph.trade.study import word
+from tests.support import figures
 from tests.support.places import ROOT
 
 COMMAND = ".venv/bin/python -m tests.support.manual"
 FOLDER = ROOT / "graph" / "manual"
+README = ROOT / "README.md"
 SAID_ONCE = ("--help", "--debug")
 """Options of every command, which the page of commands explains at its top."""
 PLACE = {"graphs": "PATH"}
@@ -49,6 +54,11 @@ class Block:
     page: str
     name: str
     make: Callable[[str], str]
+
+    @property
+    def path(self) -> Path:
+        """The file of its page."""
+        return README if self.page == README.stem else FOLDER / f"{self.page}.md"
 
 
 def table(headings: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
@@ -189,6 +199,21 @@ def extremes(before: str, measure: bool, slow: bool) -> str:
     return table(HEADINGS, ((one.area, one.name, one.limit, measured[one.name], one.why) for one in CASES))
 
 
+def benchmarks() -> str:
+    """The tables of benchmarks, a heading for each group, and where the figures come from."""
+    parts = []
+    for heading, of, rows in figures.sections():
+        parts += [f"### {heading}", *([of] if of else []), table(("case", "result", "goal"), rows)]
+    return "\n\n".join((*parts, *figures.origins()))
+
+
+def readme_figures() -> str:
+    """The table of README, from the measured values of the manual."""
+    stability = (FOLDER / "stability.md").read_text(encoding="utf8")
+    cases = [cells_of(line) for line in stability.splitlines() if line.startswith("| ")]
+    return table(("measured", "result", "by"), figures.shown(cases))
+
+
 def cells_of(line: str) -> list[str]:
     """The cells of a row of a Markdown table."""
     return [cell.strip().replace("\\|", "|") for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
@@ -210,7 +235,9 @@ def blocks(measure: bool = False, slow: bool = False) -> Iterator[Block]:
     yield Block("trade", "metrics", lambda _: metrics())
     yield Block("isaac-sim", "rules", lambda _: rules())
     yield Block("robustness", "limits", lambda _: limits())
+    yield Block("performance", "benchmarks", lambda _: benchmarks())
     yield Block("stability", "extremes", lambda before: extremes(before, measure, slow))
+    yield Block(README.stem, "figures", lambda _: readme_figures())
 
 
 def words(line: str) -> list[str]:
@@ -244,17 +271,15 @@ def main(arguments: list[str] | None = None) -> int:
         parser.add_argument(option, action="store_true")
     args = parser.parse_args(arguments)
     stale = []
-    pages = {path.stem: path.read_text(encoding="utf8") for path in FOLDER.glob("*.md")}
-    new = dict(pages)
     for block in blocks(args.measure or args.slow, args.slow):
-        new[block.page] = renewed(new[block.page], block)
-    for name, text in new.items():
-        if text != pages[name]:
-            stale.append(name)
+        text = block.path.read_text(encoding="utf8")
+        new = renewed(text, block)
+        if new != text:
+            stale.append(block.page)
             if not args.check:
-                (FOLDER / f"{name}.md").write_text(text, encoding="utf8")
+                block.path.write_text(new, encoding="utf8")
     if args.check and stale:
-        print(f"not up to date: {', '.join(stale)}; run: {COMMAND}")
+        print(f"not up to date: {', '.join(dict.fromkeys(stale))}; run: {COMMAND}")
         return 1
     return 0
 

@@ -1,5 +1,6 @@
 """The pages of the manual: their examples typed in as they stand, their names and figures as the code has them."""
 
+import importlib
 import json
 import os
 import re
@@ -16,7 +17,7 @@ from graph.manual import ORDER, page, pages
 from graph.sim.fidelity import KNOBS, Fidelity
 from graph.testing import run_graph
 from graph.trade.metrics import METRICS
-from tests.support import manual
+from tests.support import figures, manual
 from tests.support.places import ROOT
 
 MANUAL = "".join(one.text for one in pages())
@@ -60,6 +61,46 @@ def test_a_part_that_is_not_up_to_date_is_found_and_written_again(tmp_path, monk
     assert capsys.readouterr().out == f"not up to date: robustness; run: {manual.COMMAND}\n"
     assert manual.main([]) == 0
     assert (tmp_path / "robustness.md").read_text(encoding="utf8") == page("robustness").text
+
+
+def test_figures_measured_again_are_written_into_the_page_and_readme(tmp_path, monkeypatch):
+    for path in (*manual.FOLDER.glob("*.md"), manual.README):
+        (tmp_path / path.name).write_text(path.read_text(encoding="utf8"), encoding="utf8")
+    groups = json.loads(figures.MEASURED.read_text(encoding="utf8"))
+    row = next(row for row in groups["lidar"]["rows"] if row["what"].endswith("10 Hz, point cloud only"))
+    row["value"] = 7.3456
+    (tmp_path / "measured.json").write_text(json.dumps(groups), encoding="utf8")
+    monkeypatch.setattr(manual, "FOLDER", tmp_path)
+    monkeypatch.setattr(manual, "README", tmp_path / "README.md")
+    monkeypatch.setattr(figures, "MEASURED", tmp_path / "measured.json")
+    assert manual.main(["--check"]) == 1
+    assert manual.main([]) == 0
+    assert "point cloud only | 7.35 × | at most 1.25 (missed) |" in (tmp_path / "performance.md").read_text()
+    assert "| 7.35 × its bare ray casts |" in (tmp_path / "README.md").read_text()
+    assert manual.main(["--check"]) == 0
+
+
+def test_a_run_of_some_benchmarks_keeps_the_figures_of_the_others(tmp_path, monkeypatch, capsys):
+    monkeypatch.syspath_prepend(ROOT / "tests" / "benchmarks")
+    run, record, measure = map(importlib.import_module, ("run", "record", "measure"))
+    path = tmp_path / "measured.json"
+    monkeypatch.setattr(record, "MEASURED", path)
+    row = measure.Row("a case", 0.5, 1.0, "s")
+    run.keep("first", "First: of two", [row], ())
+    run.keep("second", "Second", [measure.Row("a lead", measure.Median([2.0, 4.0, 9.0]), 3.0, best="most")], ())
+    before = json.loads(path.read_text())
+    run.keep("first", "First", [measure.Row("another", 2.0)], ())
+    run.keep("second", "Second", [], ("a_module_that_nobody_has",))
+    after = json.loads(path.read_text())
+    assert (
+        "second: the figures of before are kept, as a_module_that_nobody_has is not installed"
+        in capsys.readouterr().err
+    )
+    assert after["second"] == before["second"]
+    assert before["first"]["rows"] == [{"what": "a case", "value": 0.5, "unit": "s", "bound": 1.0, "best": "least"}]
+    assert [row["what"] for row in after["first"]["rows"]] == ["another"]
+    assert after["first"]["machine"] == record.machine()
+    assert after["second"]["rows"][0]["value"] == 4.0
 
 
 def command_lines(text):
