@@ -5,6 +5,7 @@ import re
 import pytest
 
 from nodes import TYPES
+from tests.support.manual import cells_of
 from tests.support.places import ROOT
 
 
@@ -61,6 +62,13 @@ def dead_links(page):
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_the_links_of_a_page_lead_somewhere(page):
     assert list(dead_links(page)) == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_the_cells_of_tables_are_short(page):
+    """What needs more words stands in a paragraph below the table."""
+    rows = re.findall(r"^\|.*\|$", page.read_text(encoding="utf8"), re.MULTILINE)
+    assert [cell for row in rows for cell in cells_of(row) if len(cell) > 220] == []
 
 
 def test_a_page_of_the_manual_links_to_pages_of_the_manual_alone():

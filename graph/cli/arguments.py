@@ -91,9 +91,8 @@ def add_play(parser: argparse.ArgumentParser) -> None:
         default=[],
         type=Path,
         metavar="FILE",
-        help="send the messages of FILE to the graph's subscribers; may be repeated. FILE is a recording (the folder "
-        "of a run, .mcap, .db3, a rosbag2 folder) or a list of messages (.yaml, .json, .jsonl): `graph help robot` has "
-        "an example",
+        help="send the messages of FILE, a recording or a list of messages (`graph help live-and-recordings`), to the "
+        "graph's subscribers; may be repeated",
     )
 
 
@@ -104,11 +103,8 @@ def add_live(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME[:HOST][:PORT]",
-        help="send every message while the run goes on, and receive those that the graph subscribes to; may be "
-        "repeated. NAME is foxglove (a server for its app, which watches; port 8765), foxglove:control (which may "
-        "publish too), rerun (a viewer; port 9876), dds (ROS 2 over DDS, in the domain ROS_DOMAIN_ID) or zenoh (ROS 2 "
-        "over zenoh; its router's port 7447). HOST is this machine alone (127.0.0.1) unless it is given; for dds it is "
-        "the interface to use. Most useful with --realtime",
+        help="exchange messages with other programs while the run goes on: foxglove (which watches), foxglove:control "
+        "(which also publishes), rerun, dds or zenoh (`graph help live-and-recordings`); may be repeated",
     )
 
 

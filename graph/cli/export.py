@@ -25,9 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         required=True,
         choices=FORMATS,
         help="pcd, ply, las (needs laspy): a file for each scan, with its pose; kitti, nuscenes: a data set of one "
-        "lidar; npz: arrays of scans and images; csv: tables of any topic; "
-        "png: pictures (depth: 16-bit grey in millimetres, 0 without a hit and beyond 65.535 m; segmentations: their "
-        "numbers)",
+        "lidar; npz: arrays of scans and images; csv: tables of any topic; png: pictures",
     )
     parser.add_argument("--out", required=True, type=Path, metavar="DIR", help="folder to write into")
     parser.add_argument(

@@ -26,8 +26,12 @@ COMMANDS = {"diffdrive": "diffdrive.commands.yaml"}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's options."""
-    kinds = "; ".join(f"{kind}: {what}" for kind, what in KINDS.items())
-    parser.add_argument("kind", metavar="KIND", nargs="?", help=f"{kinds}; or the name of a shipped example (--list)")
+    parser.add_argument(
+        "kind",
+        metavar="KIND",
+        nargs="?",
+        help=f"the template {', '.join(KINDS)}, or the name of a shipped example; --list says what each is",
+    )
     parser.add_argument(
         "file",
         metavar="FILE",

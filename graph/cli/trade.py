@@ -67,8 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="KEY=V",
         help="a knob or attribute of the setting that is taken as exact (default: of each that is varied the finest "
-        "value; of physics.integrator the one that refining changes least; of an attribute the first, of a rate the "
-        "highest)",
+        "value, `graph help trade` says which that is)",
     )
     parser.add_argument(
         "--budget", action="append", default=[], metavar="METRIC=VALUE", help="a bound that the answer has to keep"
