@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from graph.base.extras import ROOT
@@ -58,9 +58,27 @@ def commands_of(files: list[Path]) -> Path | None:
     return next((file for file in lists if not file.name.endswith(".test.yaml") and not _is_graph(file)), None)
 
 
-def unknown(name: str, kinds: list[str]) -> str:
-    """The line for a name that is neither a kind of template nor an example."""
-    return f'there is no example "{name}"{did_you_mean(name, [*kinds, *examples()], "graph new --list lists them")}'
+def unknown(name: str, kinds: Mapping[str, str]) -> str:
+    """The line for a name that is neither a kind of template nor an example: what is meant by spelling or by content.
+
+    kinds: what each kind of template is.
+    """
+    contents = {**kinds, **{example: about(file) for example, file in examples().items()}}
+    fitting = [one for one, content in contents.items() if _speaks_of(name, f"{one} {content}")]
+    if fitting:
+        hint = f"; of that {'is' if len(fitting) == 1 else 'are'} {', '.join(fitting)} (graph new --list)"
+    else:
+        hint = did_you_mean(name, contents, "graph new --list lists them")
+    return f'there is no example "{name}"{hint}'
+
+
+def _speaks_of(name: str, content: str) -> bool:
+    """Whether a word of the content begins as the name does, or is the beginning of it (plural, compound)."""
+    words = re.findall(r"\w+", content.lower().replace("_", " "))
+    folded = name.lower()
+    return len(folded) > 2 and any(
+        word.startswith(folded) or (len(word) > 3 and folded.startswith(word)) for word in words
+    )
 
 
 def _names(text: str, path: str, file: Path) -> bool:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.sim.renderer.wrapper import SensorWrapper
 
+from .explain_topics import named_frames
 from .frames import FrameSink
 from .idle_parts import product_makers, product_of
 
@@ -96,6 +97,10 @@ def observe(session: Session) -> Observed:
         seen.channels[path] = [name for name in product.sensor.consumers() if name in computed]
     app.bus.unsubscribe(heard)
     app.bus.unsubscribe(seen.frames)
+    # Sensors render nothing here, so no message of theirs names its frame.
+    for topic, path, frame in named_frames(session, (node for node in nodes if node.computes)):
+        if topic in app.bus.topics and path in app.bus.topics[topic].owners:
+            seen.frames.expect(topic, frame)
     if not app.exit_requested:
         app.update(seen.updates)
     seen.products = {path: seen.products[path] for path in seen.demand}  # without products that were created since

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from graph.base.suggest import did_you_mean
 
+from .explain_topics import TIES
+
 if TYPE_CHECKING:
     from graph.sim.messages.bus import MessageBus
 
-TIES = frozenset({"nav_msgs/msg/Odometry"})
-"""Types that say themselves where their frame is."""
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 STATIC = "_static"
 CODE = "tf-two-parents"
@@ -70,21 +70,15 @@ class FrameSink:
     def close(self) -> None:
         """Does nothing."""
 
-    def warnings(self, bus: MessageBus) -> Iterator[tuple[str, str, str]]:
-        """Code, where and message for each frame with two parents, and each that messages name and no transform has.
+    def expect(self, topic: str, frame: str) -> None:
+        """Takes it that the messages of a topic, of which none came, name this frame."""
+        self._named.setdefault(topic, frame)
 
-        Where nothing publishes transforms, another program may.
-        """
+    def warnings(self, bus: MessageBus) -> Iterator[tuple[str, str, str]]:
+        """Code, where and message for each frame with two parents, and each that messages name and no transform has."""
         placed = {frame for _, frame in self._frames} | {hung.parent for hung in self._frames.values()}
         for topic, frame in self._named.items():
-            if placed and frame and frame not in placed:
-                senders = ", ".join(bus.topics[topic].owners) or "nobody"
-                yield (
-                    "frame-unpublished",
-                    topic,
-                    f'its messages (of {senders}) name the frame "{frame}", which no transform of this run places; '
-                    f"set frameId to a published frame, or publish it{did_you_mean(frame, placed)}",
-                )
+            yield from unpublished(topic, bus.topics[topic].owners, frame, placed)
         for (_, frame), (one, other, topics) in self._torn.items():
             owners = dict.fromkeys(owner for topic in topics for owner in bus.topics[topic].owners)
             by = ", ".join(list(owners)[:LISTED]) or "nobody"
@@ -94,3 +88,19 @@ class FrameSink:
                 f'frame "{frame}" hangs on "{one}" and on "{other}" (published by {by}); a tree of frames takes one '
                 "parent: leave it out of one of them, or rename it (isaac:nameOverride)",
             )
+
+
+def unpublished(
+    topic: str, senders: Sequence[str], frame: str, placed: Collection[str]
+) -> Iterator[tuple[str, str, str]]:
+    """Code, where and message if the messages of a topic name a frame that is not placed.
+
+    Nothing where no frame is placed: another program may publish the transforms.
+    """
+    if placed and frame and frame not in placed:
+        yield (
+            "frame-unpublished",
+            topic,
+            f'its messages (of {", ".join(senders) or "nobody"}) name the frame "{frame}", which no published '
+            f"transform places; set frameId to a published frame, or publish it{did_you_mean(frame, placed)}",
+        )

@@ -11,7 +11,9 @@ from graph.session.missed_ticks import missed_ticks
 
 from .explain_clocks import Step, plan_updates, updates_of
 from .explain_sensors import planned_ticks
+from .explain_topics import named_frames, placed_frames
 from .explain_traps import Trap, clock_traps, wiring_traps
+from .frames import unpublished
 
 if TYPE_CHECKING:
     from graph.evaluate import Node
@@ -27,8 +29,21 @@ def load_traps(session: Session) -> list[Trap]:
     app = session.app
     nodes = [node for graph in session.runner.graphs.values() for node in graph.nodes.values()]
     steps = list(islice(plan_updates(app), min(updates_of(session), MOST_UPDATES)))
-    found = [*wiring_traps(session), *clock_traps(app, steps), *_sensor_traps(app, nodes, steps)]
+    found = [
+        *wiring_traps(session),
+        *clock_traps(app, steps),
+        *_sensor_traps(app, nodes, steps),
+        *_frame_traps(session, nodes),
+    ]
     return list(dict.fromkeys(found))
+
+
+def _frame_traps(session: Session, nodes: Sequence[Node]) -> Iterator[Trap]:
+    """Frames that publishers will name and no transform of the file places."""
+    placed = placed_frames(nodes)
+    if placed:
+        for topic, path, frame in named_frames(session, nodes):
+            yield from unpublished(topic, [path], frame, placed)
 
 
 def _sensor_traps(app: App, nodes: Iterable[Node], steps: Sequence[Step]) -> Iterator[Trap]:

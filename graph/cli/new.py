@@ -17,7 +17,7 @@ from .printing import print_table, say
 KINDS = {
     "sensors": "a lidar, a radar and a camera before a falling ball, with TF",
     "lidar": "a wall, a falling ball and a lidar that publishes point clouds",
-    "diffdrive": "a robot with two driven wheels that follows /cmd_vel and publishes odometry and TF",
+    "diffdrive": "a mobile robot with two driven wheels: it follows /cmd_vel and publishes odometry and TF",
 }
 """The kinds of templates; the text of each is `templates/KIND.yaml` beside this module."""
 COMMANDS = {"diffdrive": "diffdrive.commands.yaml"}
@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
         raise UserError("name a kind or an example: graph new KIND FILE, graph new EXAMPLE DIR, graph new --list")
     known = examples.examples()
     if args.kind not in KINDS and args.kind not in known:
-        raise UserError(examples.unknown(args.kind, [*KINDS]))
+        raise UserError(examples.unknown(args.kind, KINDS))
     if args.file is None:
         target = "FILE.yaml" if args.kind in KINDS else "DIR"
         raise UserError(f"name what to write: graph new {args.kind} {target}")

@@ -6,7 +6,7 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
-from .printing import counted, say
+from .printing import counted, say, tell
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -25,6 +25,8 @@ def run() -> int:
     number = 0
     with _bar() as bar:
         for done, number in warm():
+            if number and not done and not sys.stderr.isatty():
+                tell(f"compiling {counted(number, 'loops')} of the sensors, once on this machine")
             bar.update(bar.task_ids[0], completed=done, total=number)
     if not number:
         say("the sensors' loops are compiled already")

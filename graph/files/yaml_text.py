@@ -6,6 +6,7 @@ keys, foreign tags and merge keys are problems; aliases share their value, up to
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -27,6 +28,7 @@ from . import scalars
 from .source import DEPTH_LIMIT, Source
 from .text import is_unicode, quoted
 from .tree import KeyCount, Map, Seq
+from .yaml_slips import slip
 
 ALIASED_LIMIT = 100_000
 """Most values that all aliases of a file together may stand for (protects against alias bombs)."""
@@ -146,6 +148,8 @@ class _Composer:
             parent.key, parent.key_at = value, at
         else:
             key, parent.key = parent.key, _NO_KEY
+            if value is None and at == parent.key_at and re.fullmatch(r"\w+:[^\s:]\S*", key):
+                self._problem(at, f"a space is missing after the first colon of {quoted(key)}")
             if key in node:
                 first = self.source.mark(node.places[key][0])
                 self._problem(parent.key_at, f"key {quoted(key)} is repeated; it is already in line {first.line}")
@@ -155,6 +159,8 @@ class _Composer:
     def _scalar(self, event: Event) -> Any:
         text: str = event.value
         plain = event.implicit[0]
+        if plain and event.start_mark.line != event.end_mark.line:
+            self._check_lines(event)
         if not is_unicode(text):
             self._problem(event.start_mark.index, f"{quoted(text)} holds half a surrogate pair; write the character")
         parent = self.stack[-1] if self.stack else None
@@ -179,6 +185,16 @@ class _Composer:
             elif tag.endswith("float"):
                 return float(value)  # type: ignore[arg-type]  # int or float, just tested
         return value
+
+    def _check_lines(self, event: Event) -> None:
+        """Reports a list item that is indented as if it went on with the text of the one above."""
+        start = event.start_mark.index
+        item = re.search(r"\n *(?=- )", self.source.text[start : event.end_mark.index])
+        if item:
+            message = (
+                'this "- " is indented deeper than the item above, so that it belongs to its text; indent both alike'
+            )
+            self._problem(start + item.end(), message)
 
     def _place(self, event: Event) -> int:
         """The offset of a scalar; an empty value is placed at its key, because the next text may be lines below."""
@@ -213,19 +229,6 @@ class _Composer:
 
 
 def _broken(source: Source, error: MarkedYAMLError) -> UserError:
-    mark = error.problem_mark or error.context_mark
-    at = 0 if mark is None else mark.index
     if source.text.startswith("#usda"):
         return UserError(source.problem(0, "this is USD text; give it a name that ends in .usda"))
-    if source.text[at : at + 1] == "\t":
-        return UserError(source.problem(at, "a tab cannot indent YAML; use spaces"))
-    what = _one_line(error.problem or error.context or "unreadable text")
-    if error.context and error.problem:
-        began = error.context_mark
-        since = f" from line {began.line + 1} on" if began is not None and mark and began.line != mark.line else ""
-        what = f"{_one_line(error.context)}{since}, {what}"
-    return UserError(source.problem(at, f"this is not YAML: {what}"))
-
-
-def _one_line(text: str) -> str:
-    return " ".join(str(text).split())
+    return UserError(source.problem(*slip(source.text, error)))

@@ -51,6 +51,8 @@ Specialize = Callable[["Database"], "Compute | None"]
 Hook = Callable[["Database"], None]
 Check = Callable[["NodeAtLoad"], Iterable[tuple[str, str]]]
 MessageType = Callable[["Database"], str]
+FurtherTopics = Callable[["Database"], Mapping[str, str]]
+Frames = Callable[["Database"], Iterable[str] | None]
 Notes = Callable[["Database"], Iterable[tuple[str, str, str]]]
 
 
@@ -133,7 +135,9 @@ class NodeType:
     group, at least one must be connected or have a value that is neither zero nor empty. message_type: called with db:
     the type of the messages on its topics with the present inputs, "" if they name none; without it, the `type_name`
     of its memory counts. notes: called with db: (input, code, message) for values that the node warns of when it
-    computes; `graph check` calls it before the run.
+    computes; `graph check` calls it before the run. further_topics: called with db: the inputs that name the topics on
+    which it sends besides, with the present inputs, and the type of the messages on each. frames: called with db: the
+    frames that its transforms connect, None where only a run knows.
 
     phase: an event that comes with a phase of the App: on-demand graphs that contain it are evaluated in that phase; an
     event of the phase `CLOSING` computes only then, in graphs of every stage. dynamic_inputs, dynamic_outputs:
@@ -166,6 +170,8 @@ class NodeType:
     needs: tuple[tuple[str, ...], ...] = ()
     message_type: MessageType | None = None
     notes: Notes | None = None
+    further_topics: FurtherTopics | None = None
+    frames: Frames | None = None
 
     def __post_init__(self) -> None:
         for kind in ("inputs", "outputs", "state", "dynamic_inputs", "dynamic_outputs"):

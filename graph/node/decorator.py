@@ -22,7 +22,19 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
-from .declaration import Attribute, Check, Compute, Hook, MessageType, NodeType, Notes, Resolve, Specialize
+from .declaration import (
+    Attribute,
+    Check,
+    Compute,
+    Frames,
+    FurtherTopics,
+    Hook,
+    MessageType,
+    NodeType,
+    Notes,
+    Resolve,
+    Specialize,
+)
 from .registry import DEFAULT, Registry
 
 ComputeFunction = TypeVar("ComputeFunction", bound=Compute)
@@ -48,6 +60,8 @@ def node_type(
     needs: Sequence[Sequence[str]] = (),
     message_type: MessageType | None = None,
     notes: Notes | None = None,
+    further_topics: FurtherTopics | None = None,
+    frames: Frames | None = None,
     volatile: bool = False,
     dynamic_inputs: Mapping[str, Attribute] | None = None,
     dynamic_outputs: Mapping[str, Attribute] | None = None,
@@ -87,6 +101,8 @@ def node_type(
                 tuple(map(tuple, needs)),
                 message_type,
                 notes,
+                further_topics,
+                frames,
             )
         )
         return compute

@@ -80,6 +80,7 @@ def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
     memory=CameraPublisher,
     release=detach,
     message_type=lambda db: MESSAGES[db.inputs.type].type_name if db.inputs.type in MESSAGES else "",
+    further_topics=lambda db: {"semanticLabelsTopicName": STRING} if _sends_labels(db.inputs) else {},
 )
 def camera_helper(db: Database) -> bool:
     """Publish every frame of a camera's render product, as an image, a cloud, or detections.
@@ -161,9 +162,14 @@ def _attach(db: Database, product: RenderProduct) -> None:
     every, camera = inputs.frameSkipCount + 1, product.camera_path
     make = partial(_message, kind.begin(), annotator, inputs.frameId, app.meters_per_unit, app.settings)
     publish_with(db, product, FrameWriter(app.bus, topic_name(db, camera), kind.type_name, stamp, make, every))
-    if inputs.enableSemanticLabels and kind.labelled:
+    if _sends_labels(inputs):
         topic = topic_name(db, camera, inputs.semanticLabelsTopicName)
         publish_with(db, product, FrameWriter(app.bus, topic, STRING, stamp, partial(_labels, annotator), every))
+
+
+def _sends_labels(inputs: Any) -> bool:
+    kind = MESSAGES.get(inputs.type)
+    return bool(inputs.enableSemanticLabels and kind is not None and kind.labelled)
 
 
 def _check_video(db: Database, product: RenderProduct) -> None:

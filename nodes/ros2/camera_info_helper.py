@@ -58,6 +58,7 @@ class _PairPublisher(CameraPublisher):
     memory=_PairPublisher,
     release=detach,
     message_type=lambda db: CAMERA_INFO,
+    further_topics=lambda db: {"topicNameRight": CAMERA_INFO} if _is_pair(db) else {},
 )
 def camera_info_helper(db: Database) -> bool:
     """Publish `sensor_msgs/CameraInfo` with every frame of a camera, or of both cameras of a stereo pair.
@@ -80,6 +81,10 @@ def camera_info_helper(db: Database) -> bool:
     detach(db)
     memory.configs = configs
     return _attach(db, product, right)
+
+
+def _is_pair(db: Database) -> bool:
+    return bool(db.connected("inputs:renderProductPathRight") or db.inputs.renderProductPathRight)
 
 
 def _attach(db: Database, product: RenderProduct, right: RenderProduct | None) -> bool:

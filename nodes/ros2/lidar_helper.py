@@ -133,6 +133,7 @@ def _notes(db: Database) -> Iterator[tuple[str, str, str]]:
     memory=PointPublisher,
     release=detach,
     message_type=lambda db: _MESSAGES.get(db.inputs.type, ""),
+    further_topics=lambda db: {"objectIdMapTopicName": STRING} if db.inputs.enableObjectIdMap else {},
 )
 def rtx_lidar_helper(db: Database) -> bool:
     """Publish every frame of a lidar's render product as PointCloud2 or LaserScan.

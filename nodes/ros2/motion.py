@@ -104,6 +104,12 @@ class _Static(Publisher):
     latched: FrameTransform | None = None
 
 
+def _frames(db: Database) -> tuple[str, str] | None:
+    if db.connected("inputs:parentFrameId") or db.connected("inputs:childFrameId"):
+        return None
+    return db.inputs.parentFrameId, db.inputs.childFrameId
+
+
 @node_type(
     "isaacsim.ros2.bridge.ROS2PublishRawTransformTree",
     version=1,
@@ -121,6 +127,7 @@ class _Static(Publisher):
         ),
     },
     memory=partial(_Static, TRANSFORMS),
+    frames=_frames,
 )
 def publish_raw_transform_tree(db: Database) -> bool:
     """Publish `tf2_msgs/TFMessage` with the transform of the inputs."""

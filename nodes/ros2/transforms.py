@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -21,6 +22,17 @@ class _Tree(Publisher):
     key: tuple[str, tuple[str, ...]] = ("", ())
     tree: TransformTree | None = None
     latched: list[FrameTransform] = field(default_factory=list)
+
+
+def _frames(db: Database) -> Iterable[str] | None:
+    if any(db.connected(f"inputs:{name}") for name in ("parentPrim", "targetPrims", "parentFrames", "childFrames")):
+        return None
+    inputs, stage = db.inputs, db.app.stage
+    if len(inputs.childFrames):
+        return (*inputs.parentFrames, *inputs.childFrames)
+    parents, targets = map(str, inputs.parentPrim or ()), [str(path) for path in inputs.targetPrims or ()]
+    edges = edges_of(stage, next(parents, ""), [path for path in targets if prim_at(stage, path)])
+    return [name for edge in edges for name in (edge.parent_frame, edge.child_frame)]
 
 
 @node_type(
@@ -43,6 +55,7 @@ class _Tree(Publisher):
         "orientations": Attribute("double[4][]", f"rotations, quaternions x, y, z, w, {GIVEN}", optional=True),
     },
     memory=partial(_Tree, TRANSFORMS),
+    frames=_frames,
 )
 def publish_transform_tree(db: Database) -> bool:
     """Publish `tf2_msgs/TFMessage`: the targets' poses in the parent, in metres and x, y, z, w quaternions.

@@ -30,6 +30,10 @@ class CompileTime:
         """`seconds`, with what has passed of the compilation that runs now."""
         return self.seconds + (time.perf_counter() - self._began if self._depth else 0.0)
 
+    def silence(self) -> None:
+        """From now on does not say that it compiles: who asked for it knows."""
+        self._said = True
+
     def start(self) -> None:
         """A compilation begins."""
         self._depth += 1

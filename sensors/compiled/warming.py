@@ -8,6 +8,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_all_start_methods, get_context
 from typing import Any
 
+from .compile_time import COMPILING
 from .functions import Inlined
 from .signatures import listed
 
@@ -38,6 +39,7 @@ def warm(jobs: int | None = None) -> Iterator[tuple[int, int]]:
 
 
 def _compile(number: int) -> None:
+    COMPILING.silence()
     loop, types = listed()[number]
     loop.code.compile(types)
 

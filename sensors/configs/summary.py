@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -37,9 +39,19 @@ def find_asset(name: str) -> tuple[AnyAsset, Variant]:
         for product in asset.products:
             if name.casefold() == product.casefold():
                 return asset, product
+    begun = [asset.short_name for asset in all_assets() if _begins_a_word(name, (asset.short_name, *asset.spellings))]
     names = [spelling for asset in all_assets() for spelling in (*asset.spellings, *asset.products)]
-    hint = did_you_mean(name, names) or f"; there are {', '.join(asset.short_name for asset in all_assets())}"
+    if begun:
+        hint = f"; there {'is' if len(begun) == 1 else 'are'} {', '.join(begun)}"
+    else:
+        hint = did_you_mean(name, names) or f"; there are {', '.join(asset.short_name for asset in all_assets())}"
     raise UserError(f'no sensor config "{name}"{hint}')
+
+
+def _begins_a_word(name: str, spellings: Iterable[str]) -> bool:
+    """Whether a series (`OS`) or a maker (`Ouster`) is named: the beginning of a word of some spelling."""
+    pattern = rf"(?<![^\W_]){re.escape(name)}"
+    return len(name) > 1 and any(re.search(pattern, spelling, re.IGNORECASE) for spelling in spellings)
 
 
 def arc(azimuth_deg: np.ndarray) -> tuple[float, float]:

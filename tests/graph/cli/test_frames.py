@@ -65,17 +65,21 @@ graphs:
 """
 
 
-def test_a_frame_that_no_transform_places_is_named_after_a_run(graph, folder):
+@pytest.mark.parametrize("command", ["check", "explain", "run"])
+def test_a_frame_that_no_transform_places_is_named(graph, folder, command):
     """The prim is called Lidar; TF names are case-sensitive. Without any TF, another program may publish it."""
 
     def unplaced(text):
         (folder / "lost.yaml").write_text(text)
-        report = json.loads(graph("run", "lost.yaml", "--updates", 12, "--json").out)
-        return [one for one in report["warnings"] if one["code"] == "frame-unpublished"]
+        report = json.loads(graph(command, "lost.yaml", *(["--updates", 12] if command == "run" else []), "--json").out)
+        found = report["files"][0]["warnings"] if command == "check" else report.get("traps", report.get("warnings"))
+        return [one for one in found if one["code"] == "frame-unpublished"]
 
     (warning,) = unplaced(LOST.replace("NAME", "lidar"))
     assert warning["where"] == "/points"
-    assert warning["message"].startswith('its messages (of /G/sent) name the frame "lidar", which no transform of this')
+    assert warning["message"].startswith(
+        'its messages (of /G/sent) name the frame "lidar", which no published transform'
+    )
     assert 'did you mean "Lidar"?' in warning["message"]
     assert unplaced(LOST.replace("NAME", "Lidar")) == []
     assert (

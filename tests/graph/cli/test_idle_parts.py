@@ -133,3 +133,15 @@ def test_pictures_of_two_nodes_on_one_topic_are_reported(told, command):
     found = told(CAMERAS.format(topic=""), command, *updates)
     assert found["topic-shared", "/rgb"].startswith("/World/G/near, /World/G/ids publish on it")
     assert not told(CAMERAS.format(topic=", topicName: ids"), command, *updates)
+
+
+@pytest.mark.parametrize("command", ["check", "run", "explain"])
+def test_labels_of_two_nodes_on_one_topic_are_reported(told, command):
+    """Both numberings on /semantic_labels; depth has no labels, and without enableSemanticLabels none are sent."""
+    text = CAMERAS.replace("type: depth", "type: semantic_segmentation, topicName: kinds, enableSemanticLabels: true")
+    updates = ["--updates", "2"] if command == "run" else []
+    found = told(text.format(topic=", topicName: ids, enableSemanticLabels: true"), command, *updates)
+    assert found["topic-shared", "/semantic_labels"].startswith("/World/G/near, /World/G/ids publish on it")
+    named = ", topicName: ids, enableSemanticLabels: true, semanticLabelsTopicName: instances"
+    assert not told(text.format(topic=named), command, *updates)
+    assert not told(text.format(topic=", topicName: ids"), command, *updates)

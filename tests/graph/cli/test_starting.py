@@ -71,6 +71,10 @@ def test_an_example_never_replaces_a_folder_with_files(graph, folder):
     (folder / "yard" / "mine").write_text("mine")
     assert graph("new", "yard", "yard").err == "graph: yard exists; give another name, or remove it first\n"
     assert graph("new", "yrad", "x").err == 'graph: there is no example "yrad"; did you mean "yard"?\n'
+    said = 'graph: there is no example "robots"; of that are diffdrive, arm, yard (graph new --list)\n'
+    assert graph("new", "robots", "x").err == said
+    said = 'graph: there is no example "semantic"; of that is lidar_semantics (graph new --list)\n'
+    assert graph("new", "semantic", "x").err == said
     assert graph("new", "yard").err == "graph: name what to write: graph new yard DIR\n"
     assert graph("new").code == 2
     assert [file.name for file in (folder / "yard").iterdir()] == ["mine"]
@@ -130,6 +134,8 @@ def test_a_radar_is_described_with_what_to_write_in_a_graph_file(graph):
 def test_an_unknown_sensor_is_refused_with_a_near_name(graph):
     refused = graph("sensors", "TIM718")
     assert (refused.code, refused.err) == (2, 'graph: no sensor config "TIM718"; did you mean "TIM781"?\n')
+    for series in ("OS", "os"):
+        assert graph("sensors", series).err == f'graph: no sensor config "{series}"; there are OS0, OS1, OS2\n'
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@ import sys
 
 import pytest
 
+from graph.base.errors import UserError
 from graph.files import parse_value
 from graph.files.yaml_text import parse
 from tests.support.parsed_texts import reading
@@ -124,8 +125,7 @@ def test_a_tag_that_does_not_fit_its_value_is_a_problem():
         ("#usda 1.0\n( a: b: c )\n", "a.yaml:1:1: this is USD text; give it a name that ends in .usda"),
         (
             "a: [1, 2\nb: 3\n",
-            "a.yaml:2:2: this is not YAML: while parsing a flow sequence from line 1 on, "
-            "expected ',' or ']', but got ':'",
+            "a.yaml:1:4: the [ that opens here is not closed; add a ]",
         ),
         ("a: 1\n---\nb: 2\n", "a.yaml:2:1: a second document starts here; a graph file holds one"),
         ("%YAML 1.1\n---\na: 1\n", "a.yaml:2:1: graph files are YAML 1.2, not 1.1; remove the directive"),
@@ -136,7 +136,7 @@ def test_a_tag_that_does_not_fit_its_value_is_a_problem():
         ("x: &a [1]\n*a : 2\n", "a.yaml:2:1: a key must be text; this alias stands for something else"),
         (
             'a: "\\q"\n',
-            "a.yaml:1:6: this is not YAML: while scanning a double-quoted scalar, found unknown escape character 'q'",
+            "a.yaml:1:6: \\q is no escape in double quotes; write \\\\q, or take single quotes",
         ),
         ("# nothing\n", 'a.yaml:1:1: the file is empty; a graph file starts with "tickgraph: 1"'),
         ("[" * 101 + "]" * 101, "a.yaml:1:101: nested deeper than 100"),
@@ -176,3 +176,102 @@ def test_places_of_keys_values_and_items():
     assert root.places["a"] == (0, 5)
     assert root["a"].item_at == [7, 13]
     assert root["a"][1].places["k"] == (14, 17)
+
+
+FILE = """\
+tickgraph: 1
+scene:
+  prims:
+    /World/Ground: {type: Plane}
+    /World/Ball:
+      type: Sphere
+      radius: 0.25
+clock: {physics_hz: 240, loop_hz: 60}
+graphs:
+  /World/Graph:
+    nodes:
+      tick: OnPlaybackTick
+      log: {type: PrintText, inputs: {text: hello}}
+    connections:
+      - tick.tick -> log.execIn
+      - tick.tick -> log.execIn
+"""
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "line"),
+    [
+        ("    nodes:", "\tnodes:", "11:1: a tab cannot indent YAML; use spaces"),
+        ("type: Sphere", "type:\tSphere", "6:12: a tab stands between words; use a space"),
+        ("scene:", "scene", '2:1: a colon is missing; write "scene:"'),
+        ("type: Sphere", "type Sphere", '6:7: a colon is missing; write "type: Sphere"'),
+        ("radius: 0.25", "radius = 0.25", '7:7: a colon is missing; write "radius: 0.25"'),
+        ("radius: 0.25", "radius:0.25", '7:7: a space is missing after the colon; write "radius: 0.25"'),
+        ("{type: Plane}", "{type:Plane}", '4:21: a space is missing after the first colon of "type:Plane"'),
+        (
+            "      radius",
+            "        radius",
+            '7:9: this line is indented by 8 spaces, deeper than "type: Sphere" above it, which has its value already; '
+            "indent both by 6",
+        ),
+        (
+            "      radius",
+            "     radius",
+            "7:6: no line above is indented by 5 spaces as this one is; indent it by 4 (as line 5) or 6 (as line 6)",
+        ),
+        (
+            "clock:",
+            " clock:",
+            "8:2: no line above is indented by 1 space as this one is; indent it by 0 (as line 2) or 2 (as line 3)",
+        ),
+        ("text: hello", 'text: "hello', '13:45: the quote " that opens here is not closed; add a "'),
+        ("text: hello", "text: 'hello", "13:45: the quote ' that opens here is not closed; add a '"),
+        ("{type: Plane}", "{type: Plane", "4:20: the { that opens here is not closed; add a }"),
+        ("radius: 0.25", "scale: [1, 2, 3", "7:14: the [ that opens here is not closed; add a ]"),
+        ("{type: Plane}", "{type: Plane]", "4:32: this ] closes the { of line 4; write }"),
+        ("{type: Plane}", "{type: Plane}}", "4:33: this } closes nothing; remove it"),
+        ("240, loop", "240 loop", '8:25: a comma is missing before "loop_hz"'),
+        ("radius: 0.25", "type: Cube", '7:7: key "type" is repeated; it is already in line 6'),
+        (
+            "      - tick.tick -> log.execIn\n      -",
+            "  - tick.tick -> log.execIn\n  -",
+            '15:3: indent the items of "connections" at least as far as its line, by 4 spaces',
+        ),
+        (
+            "In\n      - tick",
+            "In\n    - tick",
+            "16:5: this item of a list is indented by 4 spaces, the one in line 15 by 6; indent both alike",
+        ),
+        (
+            "In\n      - tick",
+            "In\n        - tick",
+            '16:9: this "- " is indented deeper than the item above, so that it belongs to its text; indent both alike',
+        ),
+        (
+            "      log:",
+            "      - log:",
+            '13:7: a list item ("- ") stands among keys; remove the "- ", or write all of them as items',
+        ),
+        ("type: Sphere", "type: a: b", '6:14: a value with a colon in it needs quotes; write type: "a: b"'),
+        ("radius: 0.25", "radius: @x", "7:15: a value cannot begin with @; put it in quotes"),
+        (
+            "radius: 0.25",
+            'color: "a" b',
+            "7:18: text follows a value that has ended; put quotes around it all",
+        ),
+    ],
+)
+def test_a_slip_of_the_keyboard_is_told_in_plain_words(right, wrong, line):
+    assert FILE.count(right) == 1
+    problems = []
+    try:
+        problems = tree(FILE.replace(right, wrong))[1]
+    except UserError as error:
+        problems = [str(one) for one in error.problems]
+    assert problems == [f"a.yaml:{line}"]
+
+
+def test_a_quote_that_another_line_closes_is_told_where_it_opens():
+    text = FILE.replace("radius: 0.25", 'color: "red').replace("text: hello", 'text: "hello"')
+    with pytest.raises(UserError, match=r"a\.yaml:7:14: the quote \" that opens here is not closed in its line; add a"):
+        tree(text)

@@ -210,7 +210,7 @@ def test_all_mistakes_are_reported_at_once(run_tests, graph_file):
         (b"services: {}", 'there is no "tickgraph_tests" key'),
         (b"cases: {a: {node: Once}}", 'there is no "tickgraph_tests" key; a test file starts with "tickgraph_'),
         (b"tickgraph_tests: 2\ncases: {a: {node: Once}}", "tickgraph_tests must be 1, the version of the format"),
-        (b"tickgraph_tests: 1\ncases: {a: [}", "this is not YAML"),
+        (b"tickgraph_tests: 1\ncases: {a: [}", "2:13: this } closes the [ of line 2; write ]"),
         (b"tickgraph_tests: 1\ncases: {a: {}, a: {}}", 'key "a" is repeated'),
         (b"\xff\xfea", "UTF-16"),
     ],
