@@ -24,6 +24,28 @@ function panel(title, note = "", wide = false) {
   return [section, row];
 }
 
+// Cards that need half the width stand in two columns, each below the shorter one; one alone takes the whole width.
+function arrange() {
+  const runs = [[]];
+  for (const section of [...main.children]) {
+    if (section.className === "wide") runs.push([]); else runs.at(-1).push(section);
+  }
+  for (const run of runs) {
+    if (run.length < 2) continue;
+    const columns = element("div", null, { className: "columns" });
+    run[0].before(columns);
+    const sides = [0, 1].map(() => element("div", columns, { className: "column" }));
+    const length = (side) => [...side.children].reduce((sum, one) => sum + one.offsetHeight, 0);
+    for (const [place, section] of run.entries()) {
+      section.style.order = place;
+      sides[length(sides[0]) <= length(sides[1]) ? 0 : 1].append(section);
+    }
+    columns.classList.add("filled"); // the last card of the shorter column takes what is left
+  }
+  for (const node of main.querySelectorAll(".js-plotly-plot")) Plotly.Plots.resize(node);
+}
+addEventListener("load", arrange);
+
 function choice(row, title, names) {
   const select = element("select", row, { title });
   for (const name of names) element("option", select, {}, name);

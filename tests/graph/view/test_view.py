@@ -137,6 +137,10 @@ def test_a_browser_draws_every_panel_without_an_error(folder, tmp_path, width, d
         page.value("show(clock.end)")
         assert page.value("document.getElementById('now').textContent") == "0.500 s"
         assert page.value("document.documentElement.scrollWidth") == width  # nothing is cut off at the right
+        if width > 1100:  # two columns of cards end at one height, so that no gap is left beside a tall card
+            last = "[...one.children].map((side) => Math.round(side.lastElementChild.getBoundingClientRect().bottom))"
+            ends = page.value(f"[...document.querySelectorAll('.columns')].map((one) => {last})")
+            assert [left == right for left, right in ends] == [True]
         back = page.value("getComputedStyle(document.body).backgroundColor")
         assert (max(map(int, re.findall(r"\d+", back))) < 60) == dark
         assert (page.complaints(), page.requests()) == ([], [])

@@ -66,11 +66,12 @@ def _of_motion(engine: MujocoEngine) -> Iterator[str]:
         begins = engine.body_name(int(model.tree_bodyadr[engine.chains[0]]))
         several = f"{begins} and {len(chains) - 1} more" if len(chains) > 1 else begins
         yield (
-            f"chains on joints without drives ({several}) move by rk4 in up to 64 parts of a step while nothing "
-            "touches them: their energy stays, but after about a second their course depends on the smallest change"
+            f"joints without drives below {several} swing: they keep their energy (rk4, up to 64 parts of a step), but "
+            "their course after about a second depends on the smallest change; what rolls on the ground, as a caster "
+            "does, is not concerned"
         )
     elif len(chains) and engine.compiled.own:
-        yield "chains on joints without drives can gain energy in long steps; leave physics.integrator out"
+        yield "joints without drives can gain energy in long steps; leave physics.integrator out"
     if model.opt.integrator == RK4 or len(chains) == model.ntree:
         return
     ahead = float(np.linalg.norm(engine.gravity)) * dt / 2 * 1000
