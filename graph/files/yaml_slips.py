@@ -46,7 +46,7 @@ class _Lines:
         return self.text.count("\n", 0, at)
 
     def start(self, number: int) -> int:
-        """The offset of the first character of a line that is no space."""
+        """The offset of the first character of a line after its spaces."""
         offset = 0
         for _ in range(number):
             offset = self.text.index("\n", offset) + 1
@@ -81,7 +81,7 @@ def _as_key(line: str) -> str:
 
 
 def _second_colon(text: _Lines, at: int, _began: int, _problem: str) -> Slip | None:
-    """A colon where no key can be: of a line too deep, below one that lacks its colon, or of a value that has one."""
+    """A colon where no key can be: the line is too deep, the one above has no colon, or the value holds one."""
     number = text.number(at)
     line = text.content(number)
     if re.match(r"[^\s:]+: +[^\"'{\[]*: ", line.removeprefix("- ") + " "):
