@@ -25,7 +25,6 @@ JOINTS = {
     "graph.testing",
     "graph.portability",
     "graph.trade",
-    "graph.stability",
     "graph.export",
     "graph.view",
     "graph.__main__",

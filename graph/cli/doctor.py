@@ -99,8 +99,8 @@ def run(args: argparse.Namespace) -> int:
         return extremes.run(args)
     if args.warm:
         return warming.run()
-    if args.only or args.slow or args.markdown:
-        raise UserError("--only, --slow and --markdown choose and show the cases of --stability; add it")
+    if args.only:
+        raise UserError("--only chooses among the cases of --stability; add it")
     findings = examine()
     ready = all(finding.state != "fail" for finding in findings)
     if args.json:

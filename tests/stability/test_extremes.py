@@ -1,13 +1,13 @@
-"""The cases of `graph doctor --stability`, and the command."""
+"""The cases at the extremes, and `graph doctor --stability`, which runs some of them."""
 
 import json
 import re
 
 import pytest
 
+from graph.cli.extreme_cases import Case
 from graph.cli.main import main
-from graph.stability.case import Case
-from graph.stability.table import CASES
+from tests.stability.extremes.table import CASES
 
 FAST = [case for case in CASES if not case.slow]
 
@@ -34,7 +34,7 @@ def test_a_case_beyond_its_bound_is_shown_where_and_ends_with_1(capsys, monkeypa
     half = Case("tests", "halves", 0.4, "m", "they are too large", lambda value: value / 2, (0.5, 1.0))
     silent = Case("tests", "a refusal", "no", "", "nobody refuses", lambda value: "")
     broken = Case("tests", "a defect", 1.0, "", "it raises", lambda value: 1 / value, (0,))
-    monkeypatch.setattr("graph.stability.table.CASES", (half, silent, broken))
+    monkeypatch.setattr("graph.cli.extreme_cases.CASES", (half, silent, broken))
     code, lines = lines_of(capsys)
     assert code == 1
     assert lines == [
@@ -45,24 +45,25 @@ def test_a_case_beyond_its_bound_is_shown_where_and_ends_with_1(capsys, monkeypa
     ]
 
 
-def test_json_and_markdown_hold_the_same_cells(capsys):
-    only = ("--only", "a quaternion of zeros")
-    _, (text) = lines_of(capsys, *only, "--json")
-    [found] = json.loads("\n".join(text))["cases"]
-    _, table = lines_of(capsys, *only, "--markdown")
-    assert found["ok"] is True
-    assert table == [
-        "| of | case | bound | measured | because |",
-        "|---|---|---|---|---|",
-        '| bodies | a quaternion of zeros | "is not a rotation" | reported | it has no direction |',
-    ]
-    cells = " | ".join(found[key] for key in ("area", "case", "bound", "measured", "why"))
-    assert table[2] == f"| {cells} |"
+def test_json_has_the_same_cells(capsys):
+    _, text = lines_of(capsys, "--only", "rates of 0", "--json")
+    assert json.loads("\n".join(text)) == {
+        "cases": [
+            {
+                "area": "clocks",
+                "case": "rates of 0, below, 1e10, NaN, Inf",
+                "bound": '"rate"',
+                "measured": "reported",
+                "why": "a rate is finite and above 0",
+                "ok": True,
+            }
+        ]
+    }
 
 
 def test_options_of_the_cases_without_them_are_refused(capsys):
-    assert main(["doctor", "--slow"]) == 2
-    assert "choose and show the cases of --stability; add it" in capsys.readouterr().err
+    assert main(["doctor", "--only", "a fall"]) == 2
+    assert "chooses among the cases of --stability; add it" in capsys.readouterr().err
 
 
 def test_a_text_that_no_case_has_is_refused(capsys):

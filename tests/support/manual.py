@@ -4,7 +4,7 @@ The figures of benchmarks come from `tests/benchmarks/measured.json`; README sho
 
 python -m tests.support.manual [--check] [--measure] [--slow]
 
---check: change nothing, and fail if a page is not up to date. --measure: run the cases of `graph doctor --stability`
+--check: change nothing, and fail if a page is not up to date. --measure: run the cases at the extremes
 again (--slow: also those that take minutes); without it the page keeps their measured values.
 """
 
@@ -25,14 +25,15 @@ from typing import Any, get_args, get_type_hints
 from graph.base.forms import Form
 from graph.base.limits import LIMITS
 from graph.cli import completion
+from graph.cli.extreme_cases import outcomes
 from graph.cli.main import COMMANDS
 from graph.files.model import GraphFile
 from graph.files.prim_schema import PRIM
 from graph.portability.rules import RULES
 from graph.sim.fidelity import KNOBS
-from graph.stability.table import CASES, HEADINGS, outcomes
 from graph.trade.metrics import METRICS
 from graph.trade.study import word
+from tests.stability.extremes.table import CASES, HEADINGS
 from tests.support import figures
 from tests.support.places import ROOT
 

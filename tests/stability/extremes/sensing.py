@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from .case import Case
-from .worlds import GROUND, OFFSETS, WEIGHTLESS, ahead, beams, body, channel, cube, directions, seen, worst
+from graph.cli.extreme_cases import GROUND, OFFSETS, WEIGHTLESS, Case, beams, body, channel, cube, seen, worst
+from tests.stability.extremes.worlds import ahead, directions
 
 AREA = "sensors"
 FAR = OFFSETS[:3]

@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from graph.cli.extreme_cases import WEIGHTLESS, Case, along_x, beams, body, channel, cube, ranges, seen, wall, worst
 from graph.sim.scene.stage import open_stage
 from graph.sim.usd import UsdGeom, UsdPhysics, Vt
-
-from .case import Case
-from .worlds import OFFSETS, WEIGHTLESS, ahead, beams, body, channel, cube, directions, mesh, ranges, seen, worst
+from tests.stability.extremes.worlds import directions, mesh
 
 AREA = "rays"
 FAN = np.linspace(-60.0, 60.0, 25)
@@ -21,28 +20,6 @@ ROUND = np.linspace(-180.0, 180.0, 72, endpoint=False)
 CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
 FACES = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
 """The unit cube as a mesh whose faces turn outwards."""
-
-
-def wall(distance: float, half: float = 1.0) -> dict[str, Any]:
-    """A square ahead, of this half width."""
-    corners = [[distance, y, z] for y, z in ((-half, -half), (-half, half), (half, half), (half, -half))]
-    return mesh(corners, [range(4)])
-
-
-def along_x(found: Any, azimuth: Any) -> Any:
-    """The x of what rays of these azimuths [deg] meet."""
-    return found * np.cos(np.radians(azimuth))
-
-
-def at_wall(gap: float) -> float:
-    """Ranges to a wall: relative error."""
-    return worst(along_x(ranges({"/Wall": wall(gap, 2 * gap)}, FAN, far_range_m=1e8), FAN) / gap, 1.0)
-
-
-def far_out(offset: float) -> float:
-    """Ranges from 5 to 10 m, sensor and wall at an offset [m]."""
-    place = np.full(3, offset)
-    return worst(along_x(ranges({"/Wall": cube(100, ahead(place, 55))}, FAN, place=place), FAN), 5)
 
 
 def in_units(metre: float) -> float:
@@ -147,10 +124,6 @@ def many(side: int) -> float:
 
 
 CASES = (
-    Case(AREA, "a wall at 1e-6 to 1e6 m", 3e-7, "of the range", "float32: 2^-24 in range and in direction", at_wall,
-         (1e-6, 1e-3, 1.0, 1e3, 1e6)),
-    Case(AREA, "a wall in 5 m, 0 to 1e8 m from the origin", 1e-3, "m", "rays are float32 around the sensor", far_out,
-         OFFSETS),
     Case(AREA, "a wall where a unit is 1e-6 to 1e6 m", 3e-7, "of the range", "lengths become metres before float32",
          in_units, (1e-6, 1e-3, 1e3, 1e6)),
     Case(AREA, "a sphere scaled by 1e-6 to 1e6", 3e-7, "of the range", "met by formula in its own space", scaled,

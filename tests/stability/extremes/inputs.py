@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from graph.base.errors import RunError, UserError
+from graph.cli.extreme_cases import Case
 from graph.files import loads
 from graph.node import registry
 from graph.node.declaration import Attribute, NodeType
@@ -22,8 +23,6 @@ from graph.session.open import open_session
 from graph.spec.file_spec import FileSpec
 from graph.values.types import Type, parse_type
 from nodes.catalog.example import example
-
-from .case import Case
 
 AREA = "not finite"
 VALUES = (math.nan, math.inf)

@@ -10,14 +10,13 @@ from pathlib import Path
 from typing import Any
 
 from graph.base.errors import RunError
+from graph.cli.extreme_cases import WEIGHTLESS, Case, body, playing
 from graph.files import loads
 from graph.session.open import open_session
 from graph.sim.messages.recording import McapSink
 from graph.sim.messages.run_reader import open_run
-
-from .bodies import drive, spinning
-from .case import Case
-from .worlds import WEIGHTLESS, body, playing, unplayable
+from tests.stability.extremes.bodies import drive, spinning
+from tests.stability.extremes.worlds import unplayable
 
 AREA = "divergence"
 BOUND = 1e10

@@ -15,6 +15,7 @@ import numpy as np
 from PIL import Image
 
 from graph.base.errors import UserError
+from graph.cli.extreme_cases import GROUND, SENSOR, Case, Prims, body, cube, refusal
 from graph.files import loads
 from graph.session.open import open_session, option_problems
 from graph.sim import App
@@ -25,11 +26,10 @@ from sensors.lidar.config import EMITTER_FLOATS, EmitterState, LidarConfig
 from sensors.lidar.prim import write_config
 from sensors.products import render_product
 from sensors.sensor_types import sensor_types
+from tests.stability.extremes.worlds import mesh
 
-from .case import Case, refusal
 from .clocks import turning
 from .inputs import AREA, VALUES, fault, none_of, strict
-from .worlds import GROUND, SENSOR, Prims, body, cube, mesh
 
 _DEFAULT: tuple[str, ...] = ("angle", "color", "colorTemperature", "diffuse", "exposure", "intensity", "radius")
 _DEFAULT += ("height", "length", "width")
@@ -346,6 +346,6 @@ def _clock(name: str, value: float) -> None:
 
 CASES = (
     Case(AREA, "NaN and Inf in every float attribute of a scene's prims", 0.0, "flaws",
-         "a line, a warning, or documented (graph/stability/attributes.py)", attributes, tuple(WORLDS)),
+         "a line, a warning, or documented (tests/stability/extremes/attributes.py)", attributes, tuple(WORLDS)),
     Case(AREA, "NaN and Inf in lidar configurations, knobs, clocks", 0.0, "flaws", "refused", settings, VALUES),
 )  # fmt: skip
