@@ -249,9 +249,11 @@ def words(line: str) -> list[str]:
 
 def refused(line: str) -> str:
     """What is wrong with a line that calls the command: an option or argument that it does not have; "" if nothing."""
-    said = io.StringIO()
+    said, given = io.StringIO(), [word for word in words(line) if not word.startswith("--/")]
+    if given and given[0] in COMMANDS and COMMANDS[given[0]].script:  # what follows the script is its own
+        given = given[: next((place for place, word in enumerate(given) if word.endswith(".py")), len(given)) + 1]
     with contextlib.redirect_stderr(said), contextlib.suppress(SystemExit):
-        completion.command_line().parse_args([word for word in words(line) if not word.startswith("--/")])
+        completion.command_line().parse_args(given)
     return f"{line}: {said.getvalue()}" if said.getvalue() else ""
 
 
