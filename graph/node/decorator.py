@@ -22,6 +22,8 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
+from graph.base.callables import check_callable
+
 from .declaration import (
     Attribute,
     Check,
@@ -74,6 +76,7 @@ def node_type(
     """
 
     def register(compute: ComputeFunction) -> ComputeFunction:
+        check_callable(compute, f"@node_type({type_id!r})")
         line = inspect.unwrap(compute).__code__.co_firstlineno
         (DEFAULT if registry is None else registry).add(
             NodeType(

@@ -35,6 +35,12 @@ class GraphTrace:
         self._counts: list[tuple[Node, dict[str, int]]] = []
         self._watch(record)
 
+    def __repr__(self) -> str:
+        counts = {"updates": self.updates, "nodes": len(self._by_path), "topics": len(self.messages)}
+        counts |= {"sensors": len(self.frames), "warnings": len(self.warnings)}
+        said = " ".join(f"{name}={count}" for name, count in counts.items())
+        return f"<GraphTrace {said}{f': {self.error}' if self.error else ''}>"
+
     def node(self, reference: str) -> Node:
         """The node with that name or path. Raises KeyError with the nearest name."""
         if reference in self._by_path:

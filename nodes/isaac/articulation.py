@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -35,20 +35,58 @@ def robot_at(db: Database, path: str) -> Any:
 
 def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
     """Joint names that no joint on the stage has; joints with several axes go by `name:axis`."""
+    if "jointNames" not in node.given:
+        return
+    known = {name for _, names in _joints(node.stage) for name in names}
+    for name in node.db.inputs.jointNames if known else ():
+        if name.partition(":")[0] not in known and name not in known:
+            yield "jointNames", f'no joint on the stage is called "{name}"{did_you_mean(name, known)}'
+
+
+def _notes(db: Database) -> Iterator[tuple[str, str, str]]:
+    """The joints that are commanded and that no stage gives a drive, as far as the file names them."""
+    from graph.sim.scene.mechanisms import GIVEN
+
+    inputs = db.inputs
+    asked = [
+        word
+        for word, name in (("positions", "positionCommand"), ("velocities", "velocityCommand"))
+        if db.connected(f"inputs:{name}") or len(getattr(inputs, name))
+    ]
+    path = inputs.robotPath or (inputs.targetPrim[0] if inputs.targetPrim else "")
+    if not asked or not path or db.connected("inputs:jointNames") or not len(inputs.jointNames):
+        return
+    driven: dict[str, bool] = {}
+    for prim, names in _joints(db.app.stage):
+        # A model's own joints have its actuators.
+        has_drive = bool(prim.GetAttribute(GIVEN).Get()) or any(
+            schema.startswith("PhysicsDriveAPI") for schema in prim.GetAppliedSchemas()
+        )
+        for name in names:
+            driven[name] = driven.get(name, False) or has_drive
+    idle = [name for name in inputs.jointNames if not driven.get(name, True)]
+    if idle:
+        yield "jointNames", *_without_drive(idle, path, asked)
+
+
+def _without_drive(joints: Iterable[str], path: Any, asked: Iterable[str]) -> tuple[str, str]:
+    return (
+        "joint-without-drive",
+        f"{', '.join(joints)} of {path} do not follow {' or '.join(asked)}: give each a drive (PhysicsDriveAPI) with "
+        "stiffness for positions, damping for velocities",
+    )
+
+
+def _joints(stage: Any) -> Iterator[tuple[Any, set[str]]]:
+    """The joint prims of a stage, each with the names that it goes by."""
     from graph.sim.scene.mechanisms import GIVEN
     from graph.sim.scene.prim_paths import NAME_OVERRIDE
     from graph.sim.usd import Usd, UsdPhysics
 
-    if "jointNames" not in node.given:
-        return
-    known: set[str] = set()
-    for prim in node.stage.Traverse(Usd.TraverseInstanceProxies()):
+    for prim in stage.Traverse(Usd.TraverseInstanceProxies()):
         if prim.IsA(UsdPhysics.Joint):
             given = (prim.GetAttribute(name).Get() for name in (GIVEN, NAME_OVERRIDE))
-            known |= {prim.GetName(), *(str(name) for name in given if name)}
-    for name in node.db.inputs.jointNames if known else ():
-        if name.partition(":")[0] not in known and name not in known:
-            yield "jointNames", f'no joint on the stage is called "{name}"{did_you_mean(name, known)}'
+            yield prim, {prim.GetName(), *(str(name) for name in given if name)}
 
 
 @node_type(
@@ -56,6 +94,7 @@ def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
     version=1,
     needs=(("targetPrim", "robotPath"),),
     check=_check,
+    notes=_notes,
     inputs={
         "execIn": Attribute("execution", "applies the commands"),
         "targetPrim": Attribute("target", "the articulation's root prim; used where robotPath is empty", optional=True),
@@ -107,11 +146,7 @@ def articulation_controller(db: Database) -> bool:
         deaf = articulation.deaf(**told)
         idle = [articulation.joint_names[joint] for joint in joints if deaf[joint]]
         if idle:
-            db.warn(
-                "joint-without-drive",
-                f"{', '.join(idle)} of {path} do not follow {' or '.join(one for one in told if told[one])}: give each "
-                "a drive (PhysicsDriveAPI) with stiffness for positions, damping for velocities",
-            )
+            db.warn(*_without_drive(idle, path, [one for one in told if told[one]]))
     return True
 
 

@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import pytest
 
+from graph import node_type
 from graph.base.errors import UserError
 from graph.base.suggesting import Suggesting
 from graph.sim import App
@@ -87,6 +88,10 @@ def test_the_parts_of_an_app_say_what_was_meant(app, read, meant):
             "on_frame(product, callback) takes a function to call",
         ),
         (lambda app: app.settings.subscribe("/a", []), "settings.subscribe(path, callback) takes a function to call"),
+        (
+            lambda app: node_type("a.B")({}),  # type: ignore[type-var]  # as a user may
+            "@node_type('a.B') takes a function to call, but a dict is given",
+        ),
         (lambda app: app.timeline.on_tick(5), "timeline.on_tick(callback) takes a function to call, but an int"),
         (lambda app: app.update_app(callback={}), "update_app(callback=...) takes a function to call, but a dict"),
         (lambda app: app.bus.subscribe(print), "bus.subscribe takes a sink (advertise, write, close)"),

@@ -127,3 +127,25 @@ def test_two_publishers_of_one_topic_are_named_but_of_tf(tmp_path):
     ((code, where, message),) = warnings_of(tmp_path, published("one: ROS2PublishClock", "two: ROS2PublishClock"))
     assert (code, where) == ("topic-shared", "/clock")
     assert message.startswith("/G/one, /G/two publish on it")
+
+
+ARM = """\
+    /Arm: {schemas: PhysicsArticulationRootAPI}
+    /Arm/base: {type: Cube, size: 0.2, rigid_body: true}
+    /Arm/link: {type: Cube, size: 0.2, rigid_body: true, translate: [0, 0, 1]}
+    /Arm/bend: {type: PhysicsRevoluteJoint, SCHEMAS attributes: {physics:body0: /Arm/base, physics:body1: /Arm/link}}
+graphs:
+  /G:
+    nodes:
+      tick: OnPlaybackTick
+      motors: {type: IsaacArticulationController, inputs: {targetPrim: /Arm, jointNames: [bend], velocityCommand: [1]}}
+    connections: [tick.tick -> motors.execIn]
+"""
+
+
+@pytest.mark.parametrize("driven", [False, True])
+def test_a_commanded_joint_without_a_drive_is_named_before_the_run(tmp_path, driven):
+    schemas = 'schemas: ["PhysicsDriveAPI:angular"],' if driven else ""
+    found = warnings_of(tmp_path, HEAD + ARM.replace("SCHEMAS", schemas))
+    codes = [(code, where) for code, where, _ in found if code == "joint-without-drive"]
+    assert codes == ([] if driven else [("joint-without-drive", "/G/motors")])

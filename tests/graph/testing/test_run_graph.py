@@ -32,6 +32,7 @@ def test_a_text_runs_without_a_world():
     assert trace.values("wait.alpha")[:7] == pytest.approx([0, 0.2, 0.4, 0.6, 0.8, 1.0, 0.0])
     assert trace.value("tick.outputs:deltaSeconds") == 1 / 60
     assert (trace.updates, trace.computes("tick"), trace.in_world) == (20, 20, False)
+    assert repr(trace) == "<GraphTrace updates=20 nodes=2 topics=0 sensors=0 warnings=0>"
 
 
 def test_a_specification_of_one_graph_runs():
