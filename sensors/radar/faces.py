@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import hashlib
 from collections import OrderedDict
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+
+from sensors.compiled import compiled
 
 SMOOTH = np.cos(np.deg2rad(40.0))
 """Cosine of the angle between two neighbouring faces up to which they stand for one curved surface."""
@@ -39,10 +42,17 @@ TOUCHING_M = 1e-3
 MOST_TILES = 1000
 """Faces of a plane up to which it is looked up which of them touch; beyond, each is for itself."""
 
+MOST_TOGETHER = 50_000
+"""Triangles of meshes that are worked out together: their numbers stay in the cache."""
+
 MOST_KEPT = 500_000
 """Triangles whose faces are kept for the next App with the same meshes."""
 
 _HASH = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9, 0x27D4EB2F165667C5], np.uint64)
+
+
+Shape = tuple[np.ndarray, np.ndarray]
+"""Vertices (n, 3) float64 [m] and triangles (m, 3) int64 of a mesh."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,50 +79,56 @@ class Faces:
     high: np.ndarray
 
 
-def faces_of(vertices: np.ndarray, triangles: np.ndarray) -> Faces:
-    """The planes of a mesh: vertices (n, 3) float64 [m], triangles (m, 3)."""
+def faces_of(meshes: Sequence[Shape]) -> list[Faces]:
+    """The planes of each of some meshes, which are worked out together: most of them are small."""
+    first = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])
+    vertices = np.concatenate([each for each, _ in meshes])
+    triangles = np.concatenate([each + start for (_, each), start in zip(meshes, first, strict=False)])
+    sizes = np.array([len(each) for _, each in meshes])
+    mesh, starts = np.repeat(np.arange(len(meshes)), sizes), np.cumsum(sizes) - sizes
     corners = vertices[triangles]
     doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     twice = np.linalg.norm(doubled, axis=1)
     normals = doubled / np.where(twice, twice, 1.0)[:, None]
     centres = corners.mean(axis=1)
     offsets = np.einsum("ij,ij->i", normals, centres)
-    keys = hashed(np.rint(np.c_[normals * 1e4, offsets * 1e4]).astype(np.int64))
+    apart = hashed(np.arange(len(meshes))[:, None])
+    keys = hashed(np.rint(np.c_[normals * 1e4, offsets * 1e4]).astype(np.int64)) ^ apart[mesh]
     _, of_triangle = np.unique(keys, return_inverse=True)
-    keys = hashed(np.rint(vertices * 1e6).astype(np.int64))
+    keys = hashed(np.rint(vertices * 1e6).astype(np.int64)) ^ np.repeat(apart, np.diff(first))
     _, known, welded = np.unique(keys, return_index=True, return_inverse=True)
     shared = _shared_edges(welded[triangles])
-    of_triangle = _flattened(corners, normals, twice, of_triangle, shared)
+    near = np.clip(ROUNDED * np.maximum.reduceat(np.abs(corners).max(axis=(1, 2)), starts), LEAST_M, MOST_M)
+    of_triangle = _flattened(corners, normals, twice, of_triangle, shared, near[mesh])
     count = int(of_triangle.max()) + 1
+    owner = np.empty(count, np.intp)
+    owner[of_triangle] = mesh
+    rank = np.empty(count, np.intp)
+    rank[np.argsort(owner, kind="stable")] = np.arange(count)
+    of_triangle = rank[of_triangle]  # those of a mesh lie together
 
-    def summed(values: np.ndarray) -> np.ndarray:
-        flat = values.reshape(len(values), -1)
-        columns = [np.bincount(of_triangle, flat[:, i], count) for i in range(flat.shape[1])]
-        return np.stack(columns, 1).reshape(count, *values.shape[1:])
-
-    area = np.maximum(summed(twice[:, None])[:, 0], 1e-300)
-    normal = summed(doubled)
-    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
-    middle: np.ndarray = summed(centres * twice[:, None]) / area[:, None]
-    arms = corners - middle[of_triangle][:, None]
-    inner = np.einsum("mci,mcj->mij", arms, arms) + 9.0 * np.einsum(
-        "mi,mj->mij", centres - middle[of_triangle], centres - middle[of_triangle]
-    )
-    moment = summed(inner * twice[:, None, None]) / (12.0 * area)[:, None, None]
+    sums, low, high = np.zeros((count, 7)), np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    _add_up(corners, doubled, twice, of_triangle, sums, low, high)
+    area = np.maximum(sums[:, 0], 1e-300)
+    normal = sums[:, 1:4] / np.maximum(np.linalg.norm(sums[:, 1:4], axis=1), 1e-300)[:, None]
+    middle = sums[:, 4:] / area[:, None]
+    moment = np.zeros((count, 3, 3))
+    _add_moments(corners, twice / (12.0 * area[of_triangle]), of_triangle, middle, moment)
     axes = plane_axes(normal)
     poles, polar, around = _around_poles(welded[triangles], of_triangle, normal)
     # A narrow triangle's normal is the surface's half way from the pole, not at two thirds, where its middle is.
     middle[polar] += (vertices[known[poles]] - middle[polar]) / 4.0
     turned, bent, apart, neighbours = _turns(of_triangle[shared], normal, middle, moment, (polar, around))
-    bent, apart = _projected(bent, axes), _projected(apart, axes)
+    turned, bent, apart, extent = (_projected(tensor, axes) for tensor in (turned, bent, apart, moment))
     least = 1e-6 * np.trace(apart, axis1=1, axis2=2) + 1e-30
     share = SPREAD * np.minimum(1.0, 4.0 / np.maximum(neighbours, 1))
-    spread = _projected(turned, axes) * share[:, None, None]
-    extent = _projected(moment, axes)
+    spread = turned * share[:, None, None]
     for tensor in (spread, extent):  # narrow faces that lie around a pole in all directions stand for round ones
-        tensor[polar] = np.sqrt(np.maximum(np.linalg.det(tensor[polar]), 0.0))[:, None, None] * np.eye(2)
-    return Faces(
-        of_triangle.astype(np.int32),
+        area_of = tensor[polar, 0, 0] * tensor[polar, 1, 1] - tensor[polar, 0, 1] * tensor[polar, 1, 0]
+        tensor[polar] = np.sqrt(np.maximum(area_of, 0.0))[:, None, None] * np.eye(2)
+    planes = np.bincount(owner, minlength=len(meshes))
+    ends = np.cumsum(planes)
+    whole = (
         normal,
         np.einsum("ij,ij->i", normal, middle),
         middle,
@@ -120,9 +136,21 @@ def faces_of(vertices: np.ndarray, triangles: np.ndarray) -> Faces:
         neighbours > 0,
         spread,
         extent,
-        bent @ np.linalg.inv(apart + least[:, None, None] * np.eye(2)),
-        *_boxes(corners, of_triangle, count),
+        _over(bent, apart, least),
+        low,
+        high,
     )
+    return [
+        Faces((of_triangle[start : start + size] - begin).astype(np.int32), *(each[begin:end] for each in whole))
+        for start, size, begin, end in zip(starts, sizes, ends - planes, ends, strict=True)
+    ]
+
+
+def _over(tensor: np.ndarray, by: np.ndarray, more: np.ndarray) -> np.ndarray:
+    """Tensors (p, 2, 2) times the inverses of symmetric ones plus (p,) times the identity."""
+    xx, xy, yy = by[:, 0, 0] + more, by[:, 0, 1], by[:, 1, 1] + more
+    inverse = np.stack((yy, -xy, -xy, xx), 1).reshape(-1, 2, 2) / (xx * yy - xy * xy)[:, None, None]
+    return np.asarray(np.einsum("pij,pjk->pik", tensor, inverse))
 
 
 class _FacesByContent:
@@ -132,30 +160,84 @@ class _FacesByContent:
         self._found: OrderedDict[bytes, Faces] = OrderedDict()
         self._kept = 0
 
-    def of(self, vertices: np.ndarray, triangles: np.ndarray) -> Faces:
+    def of(self, meshes: Sequence[Shape]) -> list[Faces]:
         """As `faces_of`."""
-        digest = hashlib.blake2b(np.ascontiguousarray(vertices).data, digest_size=32)
-        digest.update(np.ascontiguousarray(triangles).data)
-        key = digest.digest()
-        found = self._found.pop(key, None)
-        if found is None:
-            found = faces_of(vertices, triangles)
-            self._kept += len(triangles)
-        self._found[key] = found
+        keys = [_digest(*mesh) for mesh in meshes]
+        found = {key: self._found.pop(key) for key in set(keys) & self._found.keys()}
+        missing = {key: mesh for key, mesh in zip(keys, meshes, strict=True) if key not in found}
+        for some in _batches(missing):
+            found.update(zip(some, faces_of([missing[key] for key in some]), strict=True))
+        self._kept += sum(len(triangles) for _, triangles in missing.values())
+        self._found.update((key, found[key]) for key in keys)
         while self._kept > MOST_KEPT and self._found:
             self._kept -= len(self._found.popitem(last=False)[1].of_triangle)
-        return found
+        return [found[key] for key in keys]
+
+
+def _digest(vertices: np.ndarray, triangles: np.ndarray) -> bytes:
+    digest = hashlib.blake2b(np.ascontiguousarray(vertices).data, digest_size=32)
+    digest.update(np.ascontiguousarray(triangles).data)
+    return digest.digest()
+
+
+def _batches(meshes: Mapping[bytes, Shape]) -> Iterator[list[bytes]]:
+    """The keys of meshes, as many at a time as have `MOST_TOGETHER` triangles, or one."""
+    some: list[bytes] = []
+    count = 0
+    for key, (_, triangles) in meshes.items():
+        if some and count + len(triangles) > MOST_TOGETHER:
+            yield some
+            some, count = [], 0
+        some.append(key)
+        count += len(triangles)
+    if some:
+        yield some
 
 
 FACES_BY_CONTENT = _FacesByContent()
 
 
-def _boxes(corners: np.ndarray, plane: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest and highest corners (p, 3) of the triangles (m, 3, 3) of each plane."""
-    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    np.minimum.at(low, plane, corners.min(axis=1))
-    np.maximum.at(high, plane, corners.max(axis=1))
-    return low, high
+@compiled
+def _add_up(
+    corners: np.ndarray,
+    doubled: np.ndarray,
+    twice: np.ndarray,
+    plane: np.ndarray,
+    sums: np.ndarray,
+    low: np.ndarray,
+    high: np.ndarray,
+) -> None:
+    """Adds triangles (m, 3, 3) to their planes (m,): to sums (p, 7) their doubled areas, these along their normals, and
+    times their middles; to low, high: (p, 3) their corners.
+    """
+    for row in range(len(plane)):
+        of = plane[row]
+        sums[of, 0] += twice[row]
+        for axis in range(3):
+            one, two, three = corners[row, 0, axis], corners[row, 1, axis], corners[row, 2, axis]
+            sums[of, 1 + axis] += doubled[row, axis]
+            sums[of, 4 + axis] += twice[row] * (one + two + three) / 3.0
+            low[of, axis] = min(low[of, axis], one, two, three)
+            high[of, axis] = max(high[of, axis], one, two, three)
+
+
+@compiled
+def _add_moments(
+    corners: np.ndarray, share: np.ndarray, plane: np.ndarray, middle: np.ndarray, moment: np.ndarray
+) -> None:
+    """Adds the moments (p, 3, 3) of triangles (m, 3, 3) about the middles (p, 3) of their planes (m,), times shares."""
+    for row in range(len(plane)):
+        of = plane[row]
+        for axis in range(3):
+            for other in range(3):
+                x, y, total = 0.0, 0.0, 0.0
+                for corner in range(3):
+                    one, two = (
+                        corners[row, corner, axis] - middle[of, axis],
+                        corners[row, corner, other] - middle[of, other],
+                    )
+                    x, y, total = x + one, y + two, total + one * two
+                moment[of, axis, other] += (total + x * y) * share[row]
 
 
 def patches(normal: np.ndarray, offset: np.ndarray, body: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
@@ -168,12 +250,32 @@ def patches(normal: np.ndarray, offset: np.ndarray, body: np.ndarray, low: np.nd
     _, group, counts = np.unique(keys, return_inverse=True, return_counts=True)
     several = np.flatnonzero((counts[group] > 1) & (counts[group] <= MOST_TILES))
     order = several[np.argsort(group[several], kind="stable")]
-    ends = np.flatnonzero(np.diff(group[order])) + 1
-    pairs = [np.zeros((2, 0), np.intp)]
-    for some in np.split(order, ends):
-        apart = np.maximum(low[some][:, None] - high[some], low[some] - high[some][:, None]).max(axis=2, initial=0.0)
-        pairs.append(some[np.stack(np.nonzero(np.triu(apart <= TOUCHING_M, 1)))])
-    return _together(len(normal), *np.concatenate(pairs, axis=1))
+    first = np.arange(len(normal))
+    _join_touching(order, group, low, high, first)
+    return first
+
+
+@compiled
+def _join_touching(order: np.ndarray, group: np.ndarray, low: np.ndarray, high: np.ndarray, first: np.ndarray) -> None:
+    """Writes the first plane of each patch: planes in `order` (k,), those of one group together, whose boxes touch."""
+    for at in range(len(order)):
+        one = order[at]
+        for beside in range(at + 1, len(order)):
+            two = order[beside]
+            if group[two] != group[one]:
+                break
+            apart = 0.0
+            for axis in range(3):
+                apart = max(apart, low[one, axis] - high[two, axis], low[two, axis] - high[one, axis])
+            if apart <= TOUCHING_M:
+                root, other = one, two
+                while first[root] != root:
+                    root = first[root]
+                while first[other] != other:
+                    other = first[other]
+                first[max(root, other)] = min(root, other)
+    for plane in range(len(first)):
+        first[plane] = first[first[plane]]
 
 
 def hashed(rows: np.ndarray) -> np.ndarray:
@@ -195,7 +297,21 @@ def plane_axes(normal: np.ndarray) -> np.ndarray:
 
 def _projected(tensor: np.ndarray, axes: np.ndarray) -> np.ndarray:
     """(p, 2, 2) of tensors (p, 3, 3) in the planes' axes."""
-    return np.asarray(np.einsum("pai,pij,pbj->pab", axes, tensor, axes, optimize=True))
+    found = np.empty((len(tensor), 2, 2))
+    _project(tensor, axes, found)
+    return found
+
+
+@compiled
+def _project(tensor: np.ndarray, axes: np.ndarray, found: np.ndarray) -> None:
+    for plane in range(len(found)):
+        for one in range(2):
+            for two in range(2):
+                total = 0.0
+                for row in range(3):
+                    for column in range(3):
+                        total += axes[plane, one, row] * tensor[plane, row, column] * axes[plane, two, column]
+                found[plane, one, two] = total
 
 
 def _shared_edges(corners: np.ndarray) -> np.ndarray:
@@ -208,13 +324,18 @@ def _shared_edges(corners: np.ndarray) -> np.ndarray:
 
 
 def _flattened(
-    corners: np.ndarray, normals: np.ndarray, twice: np.ndarray, plane: np.ndarray, shared: np.ndarray
+    corners: np.ndarray,
+    normals: np.ndarray,
+    twice: np.ndarray,
+    plane: np.ndarray,
+    shared: np.ndarray,
+    near: np.ndarray,
 ) -> np.ndarray:
     """Planes (m,) of triangles, where neighbours that lie in one but for rounding are one.
 
-    corners: (m, 3, 3) [m]; twice: (m,) their doubled areas [m^2]; plane: (m,) as known so far; shared: (2, e).
+    corners: (m, 3, 3) [m]; twice: (m,) their doubled areas [m^2]; plane: (m,) as known so far; shared: (2, e);
+    near: (m,) [m], what corners may be off.
     """
-    near = float(np.clip(ROUNDED * np.abs(corners).max(), LEAST_M, MOST_M))
     one, two = shared[:, plane[shared[0]] != plane[shared[1]]]
     level = np.einsum("ij,ij->i", normals[one], normals[two]) > TURNED
 
@@ -224,7 +345,7 @@ def _flattened(
         return np.asarray(np.abs(np.einsum("ecj,ej->ec", away, normals[first])).max(axis=1, initial=0.0))
 
     one, two = one[level], two[level]
-    flat = np.maximum(off(one, two), off(two, one)) < near
+    flat = np.maximum(off(one, two), off(two, one)) < near[one]
     if not flat.any():
         return plane
     one, two = one[flat], two[flat]
@@ -299,7 +420,8 @@ def _around_poles(
     corners: (m, 3) vertices of the triangles; plane: (m,) of each.
     """
     count = len(normal)
-    vertex, of = np.divmod(np.unique(corners.astype(np.int64).ravel() * count + np.repeat(plane, 3)), count)
+    pairs = np.sort(corners.astype(np.int64).ravel() * count + np.repeat(plane, 3))
+    vertex, of = np.divmod(pairs[np.append(True, pairs[1:] != pairs[:-1])], count)
     known, vertex, number = np.unique(vertex, return_inverse=True, return_counts=True)
     many = np.flatnonzero(number[vertex] > POLE)
     of, poles = of[many], known[vertex[many]]

@@ -7,6 +7,7 @@ float64, since float32 hits are off by more than the phase of a millimetre wave 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -58,7 +59,7 @@ class WorldPlanes:
 
     def __init__(self, world: CastWorld) -> None:
         self._world = world
-        faces = [_of_surface(surface) for surface in world.surfaces]
+        faces = _faces_of(world.surfaces)
         counts = [len(each.normal) for each in faces]
         self._first = np.cumsum([0, *counts])
         self._faces = faces
@@ -193,12 +194,19 @@ def planes_of(world: CastWorld) -> WorldPlanes:
     return found
 
 
-def _of_surface(surface: Mesh | Plane) -> Faces:
-    if isinstance(surface, Mesh):
-        if len(surface.triangles):
-            return FACES_BY_CONTENT.of(
-                np.asarray(surface.vertices, np.float64), np.asarray(surface.triangles, np.int64)
-            )
+def _faces_of(surfaces: Sequence[Mesh | Plane]) -> list[Faces]:
+    """The faces of each surface."""
+    meshes = [
+        (np.asarray(one.vertices, np.float64), np.asarray(one.triangles, np.int64))
+        for one in surfaces
+        if isinstance(one, Mesh) and len(one.triangles)
+    ]
+    found = iter(FACES_BY_CONTENT.of(meshes))
+    return [_without_ends(one) if isinstance(one, Plane) or not len(one.triangles) else next(found) for one in surfaces]
+
+
+def _without_ends(surface: Mesh | Plane) -> Faces:
+    if isinstance(surface, Mesh):  # without triangles
         return _endless(np.zeros((0, 3)), np.zeros((0, 3)))
     return _endless(np.asarray(surface.normal, np.float64)[None], np.asarray(surface.origin, np.float64)[None])
 
