@@ -25,8 +25,6 @@ JOINTS = {
     "graph.testing",
     "graph.portability",
     "graph.trade",
-    "graph.export",
-    "graph.view",
     "graph.__main__",
     "graph.usd_files",
 }
@@ -81,6 +79,8 @@ def layer(name):
         return "leaf"
     if name == "graph.isaac.managers" or name.startswith("graph.isaac.managers."):
         return "names"
+    if name == "graph.recording" or name.startswith("graph.recording."):
+        return "recording"
     if any(name == joint or name.startswith(f"{joint}.") for joint in JOINTS):
         return "joint"
     if name == "graph.sim":
@@ -96,10 +96,11 @@ MAY_IMPORT = {
     "core": {"leaf", "core"},
     "sim": {"leaf", "sim"},
     "names": {"leaf", "sim", "names"},
-    "face": {"leaf", "sim", "names"},
+    "recording": {"leaf", "sim", "sensors", "recording"},
+    "face": {"leaf", "sim", "names", "recording"},
     "sensors": {"leaf", "sim", "names", "face", "sensors"},
     "nodes": {"leaf", "core", "sim", "face", "sensors", "nodes"},
-    "joint": {"leaf", "core", "sim", "names", "face", "sensors", "nodes", "joint"},
+    "joint": {"leaf", "core", "sim", "names", "recording", "face", "sensors", "nodes", "joint"},
 }
 """`names` are Isaac Sim's for the world; `face` is what users import of both: `from graph.sim import App`."""
 

@@ -92,15 +92,15 @@ ALLOWED = {
     ("graph/isaac/names.py", "resources.files(__package__).joinpath('names.txt').read_text"): "a shipped table",
     ("graph/isaac/modules/usd.py", "app().stage.Flatten().Export"): "the file that a script names for its stage",
     ("graph/ogn/packages.py", "file.read_bytes"): "a declaration inside a package that is no folder",
-    ("graph/export/point_files.py", "np.savez_compressed"): "into a stream of the output opener",
-    ("graph/export/exporting.py", "np.savez_compressed"): "into a stream of the output opener",
+    ("graph/recording/export/point_files.py", "np.savez_compressed"): "into a stream of the output opener",
+    ("graph/recording/export/exporting.py", "np.savez_compressed"): "into a stream of the output opener",
     ("sensors/writers/basic.py", "np.save"): "into a stream in memory",
     ("graph/sim/scene/layer_text.py", "zipfile.ZipFile"): "a package whose start was read by the input opener",
     ("sensors/camera/image_files.py", "zipfile.ZipFile"): "a package that was found to be a regular file",
     ("sensors/configs/cameras.py", "file.read_text"): "shipped data",
     ("sensors/configs/catalog.py", "file.read_text"): "shipped data",
-    ("graph/view/writing.py", "(files(__package__) / 'page' / name).read_text"): "shipped data",
-    ("graph/sim/messages/bag_source.py", "sqlite3.connect"): "a file that the input opener has seen",
+    ("graph/recording/view/writing.py", "(files(__package__) / 'page' / name).read_text"): "shipped data",
+    ("graph/recording/bag_source.py", "sqlite3.connect"): "a file that the input opener has seen",
 }
 """(module, call) -> why it may."""
 NO_FILES = frozenset(["Pillow.open", "gripper.open", "memory.bus.open", "package.open", "scene.open", "zenoh.open"])

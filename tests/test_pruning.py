@@ -12,9 +12,9 @@ from pxr import UsdGeom
 
 import graph.sim.messages.ros_types as ros_types
 from graph.cli.main import main
+from graph.recording.mcap_sink import McapSink
 from graph.sim import App
 from graph.sim.messages.bus import MemorySink
-from graph.sim.messages.recording import McapSink
 from graph.sim.physics import MUJOCO
 from graph.sim.state import prim_poses
 from sensors.raycast import triangles

@@ -17,10 +17,10 @@ import numpy as np
 from matplotlib.colors import LinearSegmentedColormap
 from PIL import Image
 
-from graph.export.images import pixels
-from graph.export.poses import TRANSFORMS, TransformLog, read_transforms
-from graph.export.scans import Scan, scan_of
-from graph.sim.messages.run_reader import RunReader
+from graph.recording.export.images import pixels
+from graph.recording.export.poses import TRANSFORMS, TransformLog, read_transforms
+from graph.recording.export.scans import Scan, scan_of
+from graph.recording.run_reader import RunReader
 
 ROOT = Path(__file__).resolve().parents[2]
 IMAGES = ROOT / ".github" / "images"

@@ -35,7 +35,7 @@ from matplotlib.colors import to_rgb
 from PIL import Image
 from yard import TIME, YARD, yard_run
 
-from graph.sim.messages.run_reader import open_run
+from graph.recording.run_reader import open_run
 
 RADAR, CAMERA = "graphs/radar.yaml", "graphs/camera.yaml"
 SHADES = {

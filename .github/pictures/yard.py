@@ -30,8 +30,8 @@ from drawing import (
 from lens import Lens, blank, halved
 from matplotlib.colors import to_rgb
 
-from graph.export.poses import TransformLog
-from graph.sim.messages.run_reader import RunReader, open_run
+from graph.recording.export.poses import TransformLog
+from graph.recording.run_reader import RunReader, open_run
 
 CAMERA = "/World/SensorGraph/camera_product"
 YARD = "graphs/yard.yaml"

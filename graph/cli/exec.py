@@ -149,8 +149,8 @@ class _Reporting:
 
     def opened(self, app: App) -> None:
         """The App is there: counts and records what it publishes from now on."""
+        from graph.recording.transports.targets import connect, read_targets
         from graph.sim.messages.bus import CountingSink
-        from graph.sim.transports.targets import connect, read_targets
 
         from .frames import FrameSink
 

@@ -39,8 +39,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command."""
-    from graph.export.exporting import export
-    from graph.sim.messages.run_reader import open_run
+    from graph.recording.export.exporting import export
+    from graph.recording.run_reader import open_run
 
     check_folder(args.out)
     source: Path = args.run if args.run.is_dir() else args.run.parent

@@ -16,8 +16,8 @@ SHOWN = 3
 """Gaps of a topic in its line."""
 
 if TYPE_CHECKING:
-    from graph.sim.messages.regularity import Regularity
-    from graph.sim.messages.run_reader import RunReader
+    from graph.recording.regularity import Regularity
+    from graph.recording.run_reader import RunReader
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command."""
-    from graph.sim.messages.run_reader import open_run
+    from graph.recording.run_reader import open_run
 
     with open_run(args.run, whole=False) as recording:
         with reading(recording):
@@ -50,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
 
 def measure(recording: RunReader) -> dict[str, Regularity]:
     """The regularity of every topic, from one pass over the recording."""
-    from graph.sim.messages.regularity import Regularity
+    from graph.recording.regularity import Regularity
 
     found = {name: Regularity.of_channel(topic.metadata) for name, topic in recording.recorded.items()}
     for entry in recording.read():

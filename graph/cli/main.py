@@ -184,7 +184,7 @@ def leave(code: int) -> int:
 
     Everything is closed and written by now, and a hook may wait for a listener that takes nothing, deaf to signals.
     """
-    if "graph.sim.transports.sink" in sys.modules:
+    if "graph.recording.transports.sink" in sys.modules:
         for stream in (sys.stdout, sys.stderr):
             with suppress(OSError, ValueError):
                 stream.flush()

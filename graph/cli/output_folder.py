@@ -15,7 +15,7 @@ from typing import Any
 from graph.base.errors import RunError, UserError
 from graph.base.exact import nanoseconds
 from graph.base.outputs import check_no_link, make_folder, remove, rename
-from graph.sim.messages.recorder import Recorder
+from graph.recording.recorder import Recorder
 from graph.spec.file_spec import RecordSpec
 
 from .report import REPORT, write_report

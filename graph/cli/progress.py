@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from graph.sim.messages.run_reader import RunReader
+    from graph.recording.run_reader import RunReader
 
 
 @contextmanager

@@ -20,7 +20,7 @@ from .output_folder import locked
 from .printing import say
 
 if TYPE_CHECKING:
-    from graph.sim.messages.recovery import Finished
+    from graph.recording.recovery import Finished
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command."""
-    from graph.sim.messages.run_reader import recorded_files
+    from graph.recording.run_reader import recorded_files
 
     file: Path = args.file
     if file.is_dir():
@@ -65,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _mend(file: Path, out: Path | None) -> None:
     """Finishes one recording, or a copy of it, and says what was done."""
-    from graph.sim.messages.recovery import finish
+    from graph.recording.recovery import finish
 
     target = _copied(file, out) if out else file
     try:

@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from rich.table import Table
     from rich.text import Text
 
+    from graph.recording.transports.sink import LiveSink
     from graph.session.runner import GraphRunner
     from graph.sim.app import App
     from graph.sim.messages.bus import CountingSink, Topic, TopicCount
-    from graph.sim.transports.sink import LiveSink
     from graph.trade.meter import Meter
 
 Report = dict[str, Any]

@@ -43,9 +43,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command."""
-    from graph.export.exporting import named_topics
-    from graph.sim.messages.run_reader import open_run
-    from graph.view.writing import PAGE, write_view
+    from graph.recording.export.exporting import named_topics
+    from graph.recording.run_reader import open_run
+    from graph.recording.view.writing import PAGE, write_view
 
     if not 6 <= args.size <= MOST_MB:
         raise UserError(f"--size {args.size:g}: the page needs 6 to {MOST_MB:g} MB")

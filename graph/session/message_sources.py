@@ -10,8 +10,8 @@ from graph.base.errors import Problem, UserError
 
 if TYPE_CHECKING:
     from graph.files.played import Played
+    from graph.recording.sources import MemorySource, Player, Source
     from graph.sim.app import App
-    from graph.sim.messages.sources import MemorySource, Player, Source
 
 UNHEARD = "play-unheard"
 SKIPPED = "play-topic-skipped"
@@ -51,7 +51,7 @@ def open_sources(paths: Iterable[str | Path], remap: Mapping[str, str] | None = 
 
 def _remapped(sources: list[Source], remap: Mapping[str, str]) -> list[Source]:
     from graph.base.suggest import did_you_mean
-    from graph.sim.messages.sources import RemappedSource
+    from graph.recording.sources import RemappedSource
 
     known = dict.fromkeys(topic for source in sources for topic in source.topics())
     for old, new in remap.items():
@@ -77,7 +77,7 @@ def files_of(sources: Iterable[Source]) -> list[Path]:
 
 def play_into(app: App, sources: Sequence[Source]) -> Player:
     """Plays the sources into the App from its next play on; topics that cannot be read give warnings."""
-    from graph.sim.messages.sources import Player
+    from graph.recording.sources import Player
 
     for source in sources:
         for topic, why in getattr(source, "skipped", {}).items():
@@ -96,7 +96,7 @@ def _open(path: Path) -> Source:
 
     if is_played_text(path) and not path.is_dir():
         return written_source(load_played(path), str(path))
-    from graph.sim.messages.run_reader import SUFFIXES, open_run
+    from graph.recording.run_reader import SUFFIXES, open_run
 
     if path.is_dir() or path.suffix.lower() in SUFFIXES:
         return open_run(path)
@@ -109,9 +109,9 @@ def _open(path: Path) -> Source:
 def written_source(entries: Iterable[Played], name: str) -> MemorySource:
     """The source of messages that are written as text. Raises UserError with every unknown type and wrong field."""
     from graph.base.suggest import did_you_mean
+    from graph.recording.sources import MemorySource
     from graph.sim.messages.ros_fields import from_plain
     from graph.sim.messages.ros_types import known, type_names
-    from graph.sim.messages.sources import MemorySource
 
     problems: list[Problem] = []
     messages: list[tuple[Any, str, str, Any]] = []

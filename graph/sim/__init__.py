@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     from graph.isaac.managers.rendering import RenderingEvent as RenderingEvent
     from graph.isaac.managers.simulation_events import IsaacEvents as IsaacEvents
     from graph.isaac.managers.simulation_events import SimulationEvent as SimulationEvent
+    from graph.recording.mcap_sink import McapSink as McapSink
 
     from .fidelity import Fidelity as Fidelity
     from .messages.bus import CountingSink as CountingSink
     from .messages.bus import MemorySink as MemorySink
     from .messages.bus import MessageBus as MessageBus
-    from .messages.recording import McapSink as McapSink
     from .renderer.products import RenderProduct as RenderProduct
     from .renderer.schedule import Tick as Tick
     from .renderer.schedule import TickSchedule as TickSchedule
@@ -40,7 +40,7 @@ _HOME = {
     "CountingSink": "messages.bus",
     "Fidelity": "fidelity",
     "IsaacEvents": ".isaac.managers.simulation_events",
-    "McapSink": "messages.recording",
+    "McapSink": ".recording.mcap_sink",
     "MemorySink": "messages.bus",
     "MessageBus": "messages.bus",
     "NewtonMjcScene": ".isaac.managers.mjc_scene",

@@ -25,7 +25,7 @@ from .updates import check_length
 from .world import Observed, observe
 
 if TYPE_CHECKING:
-    from graph.sim.messages.sources import Source
+    from graph.recording.sources import Source
 
 _STAGES: tuple[PipelineStage, ...] = ("simulation", "pre_render", "on_demand", "post_render")
 

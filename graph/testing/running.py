@@ -27,7 +27,7 @@ from .updates import read_range
 from .world import observe
 
 if TYPE_CHECKING:
-    from graph.sim.messages.sources import Source
+    from graph.recording.sources import Source
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ from graph.node.registry import Registry
 from graph.spec.file_spec import FileSpec
 
 if TYPE_CHECKING:
+    from graph.recording.sources import Source
     from graph.sim.app import App
     from graph.sim.messages.message import Message
-    from graph.sim.messages.sources import Source
 
 
 @dataclass(slots=True)

@@ -124,7 +124,7 @@ def clock(scene: Scene, setting: Setting, duration: Fraction, start: float, reco
 
     The updates of the first `start` simulated seconds belong to the start; those of `duration` after them count.
     """
-    from graph.sim.messages.recording import McapSink
+    from graph.recording.mcap_sink import McapSink
 
     meter = Meter()
     began = time.perf_counter()

@@ -12,9 +12,9 @@ from typing import Any
 
 from measure import Median, Row, seconds
 
+from graph.recording.transports.targets import connect, read_targets
 from graph.sim import App
 from graph.sim.messages.bus import CountingSink
-from graph.sim.transports.targets import connect, read_targets
 from tests.support.live_rig import free_port, listening, ros_domain
 
 TITLE = "Live"

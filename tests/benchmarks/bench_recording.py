@@ -10,8 +10,8 @@ import numpy as np
 from mcap.writer import CompressionType, Writer
 from measure import Row, ratio
 
+from graph.recording.recorder import Recorder
 from graph.sim.messages.bus import MessageBus
-from graph.sim.messages.recorder import Recorder
 from graph.sim.messages.ros_types import definition, serialize
 from nodes.ros2.point_clouds import POINT_CLOUD, point_cloud
 

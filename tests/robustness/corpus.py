@@ -249,8 +249,8 @@ def _export(source: Path, target: Path) -> None:
 
 
 def _record(path: Path) -> None:
+    from graph.recording.mcap_sink import McapSink
     from graph.sim.messages.bus import MessageBus
-    from graph.sim.messages.recording import McapSink
     from graph.sim.messages.ros_fields import from_plain
 
     bus, sink = MessageBus(), McapSink(path)

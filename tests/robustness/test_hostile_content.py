@@ -8,12 +8,12 @@ from mcap.records import Channel, Metadata
 
 from graph.base.errors import UserError
 from graph.cli.main import main
-from graph.export.point_files import write_las
-from graph.export.scans import Scan
+from graph.recording.export.point_files import write_las
+from graph.recording.export.scans import Scan
+from graph.recording.mcap_sink import McapSink
+from graph.recording.mcap_source import McapSource
+from graph.recording.recovery import finish
 from graph.sim.messages.bus import MessageBus
-from graph.sim.messages.mcap_source import McapSource
-from graph.sim.messages.recording import McapSink
-from graph.sim.messages.recovery import finish
 from graph.sim.messages.ros_fields import from_plain
 from graph.sim.usd import Sdf, Usd
 from sensors.camera.image_files import ImageFiles

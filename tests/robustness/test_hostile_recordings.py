@@ -13,14 +13,14 @@ import zstandard
 from graph.base.errors import RunError, UserError
 from graph.base.limits import raised
 from graph.cli.main import main
-from graph.sim.messages.bag_source import BagSource
+from graph.recording.bag_source import BagSource
+from graph.recording.mcap_sink import McapSink
+from graph.recording.mcap_source import McapSource
+from graph.recording.recovery import finish
+from graph.recording.run_reader import open_run
 from graph.sim.messages.bus import MessageBus
-from graph.sim.messages.mcap_source import McapSource
-from graph.sim.messages.recording import McapSink
-from graph.sim.messages.recovery import finish
 from graph.sim.messages.ros_fields import from_plain
 from graph.sim.messages.ros_types import serialize
-from graph.sim.messages.run_reader import open_run
 from tests.support.mcap_files import message, written
 
 TWIST = "geometry_msgs/msg/Twist"
@@ -232,8 +232,8 @@ def test_rows_that_share_their_bytes_are_counted(tmp_path, monkeypatch):
     path = database(tmp_path / "run.db3", rows=[(1, n, data) for n in range(1000)])
     source = BagSource(path)
     assert len(list(source)) == 1000
-    monkeypatch.setattr("graph.sim.messages.bag_source.FEWEST_STEPS", 0)
-    monkeypatch.setattr("graph.sim.messages.bag_source.STEPS_A_BYTE", 0)
+    monkeypatch.setattr("graph.recording.bag_source.FEWEST_STEPS", 0)
+    monkeypatch.setattr("graph.recording.bag_source.STEPS_A_BYTE", 0)
     with pytest.raises(RunError, match="more rows than bytes for them"):
         list(source)
 

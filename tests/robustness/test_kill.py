@@ -11,8 +11,8 @@ import time
 import pytest
 from mcap.reader import make_reader
 
-from graph.sim.messages.recovery import finish
-from graph.sim.messages.run_reader import recorded_files
+from graph.recording.recovery import finish
+from graph.recording.run_reader import recorded_files
 from tests.support.programs import started
 
 LONGEST_LOSS_NS = 10**9
@@ -21,7 +21,7 @@ import os, sys
 import numpy as np
 from graph.sim import App
 from graph.base.exact import nanoseconds
-from graph.sim.messages.recorder import Recorder
+from graph.recording.recorder import Recorder
 from graph.sim.messages.ros_types import message_type
 path, progress, traffic = sys.argv[1:]
 Clock, Time = message_type("rosgraph_msgs/msg/Clock"), message_type("builtin_interfaces/msg/Time")

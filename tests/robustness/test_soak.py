@@ -11,8 +11,8 @@ import pytest
 from mcap.reader import make_reader
 
 from graph.base.exact import nanoseconds
+from graph.recording.mcap_sink import McapSink
 from graph.sim import App
-from graph.sim.messages.recording import McapSink
 from graph.sim.messages.ros_types import message_type
 from tests.support.places import ROOT
 

@@ -9,7 +9,7 @@ import sys
 import numpy as np
 from PIL import Image
 
-from graph.sim.messages.run_reader import RunReader
+from graph.recording.run_reader import RunReader
 from sensors.frame import Frame, FramePose
 from sensors.gmo import GenericModelOutput
 

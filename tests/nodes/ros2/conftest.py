@@ -14,7 +14,7 @@ def says():
 @pytest.fixture
 def play():
     """A function that plays (time, topic, type, message) into an App."""
-    from graph.sim.messages.sources import MemorySource, Player
+    from graph.recording.sources import MemorySource, Player
 
     return lambda app, *messages: Player(app, [MemorySource(messages)])
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from graph.cli.main import main
+from graph.recording.mcap_sink import McapSink
+from graph.recording.run_reader import open_run
 from graph.sim.messages.bus import MessageBus
-from graph.sim.messages.recording import McapSink
 from graph.sim.messages.ros_fields import from_plain, to_plain
 from graph.sim.messages.ros_types import fields
-from graph.sim.messages.run_reader import open_run
 from tests.support.places import ROOT
 
 PUBLISHED = (

@@ -4,10 +4,10 @@ import math
 
 import pytest
 
+from graph.recording.mcap_sink import McapSink
 from graph.session.message_sources import open_sources, play_into
 from graph.sim import App
 from graph.sim.messages.bus import MemorySink
-from graph.sim.messages.recording import McapSink
 from tests.support.fixed_robots import define_cart
 
 GRAPH = """\

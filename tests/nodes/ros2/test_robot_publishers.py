@@ -171,8 +171,8 @@ def test_publishers_do_nothing_without_a_subscriber(stage, kind):
 
 
 def test_messages_are_recorded_and_read_back(world, tmp_path):
-    from graph.sim.messages.mcap_source import McapSource
-    from graph.sim.messages.recording import McapSink
+    from graph.recording.mcap_sink import McapSink
+    from graph.recording.mcap_source import McapSource
 
     app = world()
     sink = McapSink(tmp_path / "run.mcap")

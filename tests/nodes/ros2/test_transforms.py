@@ -170,7 +170,7 @@ graphs:
 def recorded_frames(folder, *options, parity="documented", stamped="ab"):
     """Topic -> the child frames of each message, of a run of three updates without warm-up steps."""
     from graph.cli.main import main
-    from graph.sim.messages.run_reader import open_run
+    from graph.recording.run_reader import open_run
 
     stamps = "".join(f"      - time.simulationTime -> {one}.timeStamp\n" for one in stamped)
     file = folder / "g.yaml"

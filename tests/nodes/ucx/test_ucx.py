@@ -46,7 +46,7 @@ def test_odometry_imu_and_images(world):
 
 
 def test_commands_come_in(world):
-    from graph.sim.messages.sources import MemorySource, Player
+    from graph.recording.sources import MemorySource, Player
 
     app = world()
     command = from_plain(JOINTS, {"position": [0.5], "velocity": [2.0], "header": {"stamp": {"sec": 3}}})

@@ -12,9 +12,9 @@ from typing import Any
 from graph.base.errors import RunError
 from graph.cli.extreme_cases import WEIGHTLESS, Case, body, playing
 from graph.files import loads
+from graph.recording.mcap_sink import McapSink
+from graph.recording.run_reader import open_run
 from graph.session.open import open_session
-from graph.sim.messages.recording import McapSink
-from graph.sim.messages.run_reader import open_run
 from tests.stability.extremes.bodies import drive, spinning
 from tests.stability.extremes.worlds import unplayable
 

@@ -3,10 +3,10 @@
 import pytest
 
 from graph import Controller, OmniGraphError
+from graph.recording.sources import MemorySource, Player
 from graph.sim import App
 from graph.sim.messages.bus import MemorySink
 from graph.sim.messages.ros_fields import from_plain
-from graph.sim.messages.sources import MemorySource, Player
 
 K = Controller.Keys
 TWIST = "geometry_msgs/msg/Twist"
