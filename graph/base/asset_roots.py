@@ -6,18 +6,31 @@ with asset_roots.mapped({"package://my_robot": "/models/my_robot"}):
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 from urllib.parse import unquote
 
+_ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://")
+"""How an address begins that no local file has; a drive letter is one character."""
 _mapped: ContextVar[Mapping[str, Path]] = ContextVar("asset_roots", default={})  # noqa: B039 (never changed in place)
 
 
 def present() -> Mapping[str, Path]:
     """The present folders by prefix."""
     return _mapped.get()
+
+
+def is_address(text: str) -> bool:
+    """Whether a text is an address instead of a file name."""
+    return _ADDRESS.match(text) is not None
+
+
+def names_asset(text: str) -> bool:
+    """Whether a text names an asset of the product, which is found by the asset roots, instead of a file of ours."""
+    return is_address(text) or text.startswith(("/Isaac/", "Isaac/"))
 
 
 def local_file(address: str) -> Path | None:

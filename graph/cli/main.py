@@ -71,6 +71,7 @@ COMMANDS = {
     "explain": Command("tell what ticks when, who consumes what, and where traps lie", "explain", settings=True),
     "trade": Command("measure speed against accuracy over fidelity knobs", "trade", settings=True),
     "schema": Command("print the JSON Schema of graph files", "schema"),
+    "assets": Command("list what a scene, graph file or script wants from other files, and what is missing", "assets"),
     "help": Command("list the pages of the manual, or print one", "help"),
     "doctor": Command("is this machine ready, and what to install if not", "doctor"),
     "completion": Command("print a script that completes this command in your shell", "completion"),

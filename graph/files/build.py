@@ -19,6 +19,7 @@ from graph.spec.file_spec import (
 )
 
 from . import connections, model, paths
+from .paths import is_own_file
 from .source import Source
 from .text import quoted
 from .tree import Map, Seq, offset
@@ -91,7 +92,7 @@ class Builder:
         resolved = dict(keys)
         for key in ("config", "reference"):
             text = keys.get(key)
-            if isinstance(text, str) and (key == "reference" or text.lower().endswith(".json")):
+            if isinstance(text, str) and is_own_file(key, text):
                 file = self._file(("scene", "prims", path, key), f"prim {path}: {key}", text)
                 if file is None:
                     del resolved[key]

@@ -12,6 +12,7 @@ from graph.base.errors import Problem, UserError
 from graph.spec.file_spec import GraphSpec, NodeSpec
 
 from . import json_text
+from .paths import is_own_file
 from .source import file_format, read
 from .tree import Map
 
@@ -108,7 +109,7 @@ def _prim(prim: Any, moved: Callable[[Any], Any]) -> Any:
     prim = dict(prim)
     for key in ("config", "reference"):
         text = prim.get(key)
-        if isinstance(text, str) and (key == "reference" or text.lower().endswith(".json")):
+        if isinstance(text, str) and is_own_file(key, text):
             prim[key] = moved(text)
     return prim
 

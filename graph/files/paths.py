@@ -7,6 +7,7 @@ import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
+from graph.base import asset_roots
 from graph.base.suggest import did_you_mean
 
 from .text import quoted
@@ -24,6 +25,9 @@ def confined(text: str, folder: Path, allow: Sequence[Path] = ()) -> Path:
 
     Raises ValueError, with a message for the user, for a missing file and for a file outside `folder` and `allow`.
     """
+    mapped = asset_roots.local_file(text)
+    if mapped is not None and mapped.is_file():
+        return mapped
     if _URL.match(text):
         raise ValueError(f"{quoted(text)} is a URL; only files below the graph file's folder are read")
     path = _resolved(text, folder)
@@ -38,6 +42,11 @@ def confined(text: str, folder: Path, allow: Sequence[Path] = ()) -> Path:
     if not path.is_file():
         raise ValueError(f"there is no file {quoted(text)} (relative to the graph file){_near(text, folder)}")
     return path
+
+
+def is_own_file(key: str, text: str) -> bool:
+    """Whether a prim's key names a file beside the graph file, not a configuration or an asset of the product."""
+    return not asset_roots.names_asset(text) if key == "reference" else text.lower().endswith(".json")
 
 
 def output_name(text: str) -> str:

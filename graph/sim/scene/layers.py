@@ -19,10 +19,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from graph.base import limits
+from graph.base import asset_roots, limits
 from graph.base.errors import Problem, UserError
 from graph.base.shorten import listed
 
+from . import assets
+from .assets import StandIn
 from .crate import crate_entries
 from .crate_paths import has_path_tree
 from .diagnostics import quiet
@@ -38,8 +40,8 @@ class Checked:
     """The layers that a scene may open. While this object exists, opening the scene does not read them again."""
 
     layers: list[Any]
-    files: Mapping[str, tuple[int, int]]
-    """By layer identifier: device and inode of the file that was checked."""
+    files: Mapping[str, tuple[int, int] | None]
+    """By layer identifier: device and inode of the file that was checked; None for a stand-in."""
     outside: Sequence[str] = ()
     """Files that it names and may not open; they are muted on the stage before it composes."""
 
@@ -52,7 +54,8 @@ class Checked:
         own.update(layer.identifier for layer in before)
         for layer in stage.GetUsedLayers(includeClipLayers=True):
             name = layer.identifier
-            if name not in own and (name not in self.files or self.files[name] != _identity(layer.realPath)):
+            known = name in self.files and self.files[name] in (None, _identity(layer.realPath))
+            if name not in own and not known:
                 raise UserError(f"{name}: USD opened this file, which was not checked; the scene is refused")
 
 
@@ -98,15 +101,32 @@ def check_scene(
         raise UserError([*walk.problems, *walk.advice()])
     for path, wanted_by in walk.outside.items():
         warn("usd-outside-skipped", path, f"it lies outside the allowed folders ({wanted_by} asks for it); left out")
-    for wanted_by, assets in walk.missing.items():
-        left_out = "it is" if len(assets) == 1 else "they are"
-        warn("usd-missing-asset", wanted_by, f"{listed(list(assets.values()))}; {left_out} left out")
+    for asset, (wanted_by, found) in walk.stand_ins.items():
+        code, message = found.note()
+        warn(code, asset, f"{message} ({wanted_by} asks for it)")
+    for wanted_by, missing in walk.missing.items():
+        left_out = "it is" if len(missing) == 1 else "they are"
+        warn("usd-missing-asset", wanted_by, f"{listed(list(missing.values()))}; {left_out} left out")
     if any(contents.arcs for contents in walk.contents.values()):
         prims = too_many_prims(walk.layers[str(file)], walk.expressions)
         if prims:
             said = f"{file}: its references multiply into {prims:,} prims or more"
             raise UserError(f"{said}; {limits.allowed('usd.prims')}")
     return Checked(list(walk.layers.values()), walk.files, [path for path in walk.outside if os.path.isabs(path)])
+
+
+def wanted_assets(file: Path, roots: Sequence[Path]) -> dict[str, tuple[str, str, str]]:
+    """What a scene wants from other files, by the asset path as it is written, in the order in which it is met.
+
+    Each with its state (`found`, `stand-in`, `missing`, `outside`), the file or content, and the layer that names it.
+    Raises UserError for a scene that cannot be read.
+    """
+    walk = _Walk([root.expanduser().resolve() for root in roots], lambda *warning: None, skip_outside=True)
+    walk.through(_Wanted(str(file), "", {}, False))
+    for path, by in walk.outside.items():
+        known = next((asset for asset, (_, place, _) in walk.wanted.items() if place == path), path)
+        walk.wanted[known] = ("outside", path, by)
+    return walk.wanted
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,11 +159,15 @@ class _Walk:
         self.missing: dict[str, dict[str, str]] = {}
         """By the naming layer: missing assets and their messages."""
         self.layers: dict[str, Any] = {}
-        self.files: dict[str, tuple[int, int]] = {}
+        self.files: dict[str, tuple[int, int] | None] = {}
+        self.stand_ins: dict[str, tuple[str, StandIn]] = {}
+        """By asset path: the layer that names it, and what takes its place."""
         self.contents: dict[str, LayerContents] = {}
         self.expressions: dict[tuple[str, str], set[str]] = {}
         """The results of each variable expression, by the layer that contains it."""
-        self._allowed = allowed
+        self.wanted: dict[str, tuple[str, str, str]] = {}
+        """By asset path as written: `found`, `stand-in`, `missing` or `outside`; its place; the layer that names it."""
+        self._allowed = [*allowed, *asset_roots.present().values()]
         self._warn = warn
 
     def through(self, first: _Wanted) -> None:
@@ -178,7 +202,8 @@ class _Walk:
         if layer is not None and identity is not None:
             self.layers[path] = layer
             self.files[layer.identifier] = identity
-            self.contents[path] = contents_of(layer, may_compose(on_disk))
+            contents = contents_of(layer, may_compose(on_disk))
+            self.contents[path] = self._redirected(layer, contents) or contents
             return True
         said = reason if reason.startswith(path) else f"{path}: USD cannot read this file; {reason}"
         if not by:
@@ -189,6 +214,32 @@ class _Walk:
         else:
             self.missing.setdefault(by, {})[path] = f"{path} cannot be read as a USD layer ({reason})"
         return False
+
+    def _redirected(self, layer: Any, contents: LayerContents) -> LayerContents | None:
+        """The contents of a layer after its assets were led to mapped files and stand-ins; None if none were."""
+        if not any(map(assets.may_be_elsewhere, (*contents.sublayers, *contents.others))):
+            return None
+        places: dict[str, str] = {}
+        for asset in (*contents.sublayers, *contents.others):
+            try:
+                file = assets.mapped(asset)
+            except ValueError as error:
+                self.problems[Problem(f"{error} ({layer.identifier} asks for it)")] = None
+                continue
+            if file is not None:
+                places[asset] = str(file)
+                self.wanted.setdefault(asset, ("found", str(file), layer.identifier))
+            elif found := assets.stand_in(asset):
+                places[asset] = found.layer.identifier
+                self.files[found.layer.identifier] = None
+                self.stand_ins.setdefault(asset, (layer.identifier, found))
+                self.wanted.setdefault(asset, ("stand-in", found.what, layer.identifier))
+        if not places:
+            return None
+        from graph.sim.usd import UsdUtils
+
+        UsdUtils.ModifyAssetPaths(layer, lambda asset: places.get(asset, asset))
+        return contents_of(layer)
 
     def advice(self) -> list[Problem]:
         """The command-line option, to be copied, that allows the files refused for their place."""
@@ -212,8 +263,8 @@ class _Walk:
         """The files that an open layer names."""
         layer, contents = self.layers[wanted.path], self.contents[wanted.path]
         stack = wanted.variables if wanted.sublayer else stack_variables(layer, wanted.variables)
-        for assets, sublayers in ((contents.sublayers, True), (contents.others, False)):
-            for asset in filter(None, assets):
+        for named, sublayers in ((contents.sublayers, True), (contents.others, False)):
+            for asset in filter(None, named):
                 for path in self._files(layer, _on_disk(wanted.path), asset, stack):
                     yield _Wanted(path, layer.identifier, stack, sublayers, asset in contents.clips)
 
@@ -221,6 +272,8 @@ class _Walk:
         """The existing files of an asset path of a layer; missing ones are recorded."""
         from graph.sim.usd import Ar, Sdf
 
+        if Sdf.Layer.IsAnonymousLayerIdentifier(asset):  # a stand-in
+            return []
         plain, complaint = evaluated(asset, variables)
         found: list[str] = []
         if _has_arguments(plain):
@@ -242,8 +295,12 @@ class _Walk:
             elif not found and (problem := _climbs_out(plain, on_disk, self._allowed, layer.identifier)):
                 self._leave_out(plain, problem, layer.identifier, (on_disk.parent / plain).resolve().parent, clip=False)
             elif not found:
-                complaint = complaint or f"{plain} does not exist"
+                empty = assets.emptied(layer, asset) if asset_roots.is_address(plain) else ""
+                complaint = complaint or " ".join(filter(None, (assets.not_here(plain), empty)))
+        if found and all(found[0] != place for _, place, _ in self.wanted.values()):
+            self.wanted[asset] = ("found", found[0], layer.identifier)
         if complaint and not found:
+            self.wanted.setdefault(asset, ("missing", assets.looked_for(plain, on_disk.parent), layer.identifier))
             self.missing.setdefault(layer.identifier, {})[asset] = complaint
         return found
 

@@ -11,12 +11,13 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from graph.base import asset_roots
 from graph.base.suggest import did_you_mean
 from graph.sim.geometry.solids import SOLIDS
 from graph.sim.scene.prim_paths import is_path
 from graph.sim.usd import Sdf, Tf, Usd, UsdGeom, UsdPhysics
 
-from . import nonvisual, prim_attributes
+from . import assets, nonvisual, prim_attributes
 from .layers import Checked, check_scene
 from .prim_attributes import apply_schema, number, numbers
 from .prim_transforms import set_transform
@@ -175,15 +176,27 @@ def schema_sensors() -> tuple[str, ...]:
 def _reference(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:
     if not isinstance(keys[name], str):
         raise ValueError(f"{keys[name]!r} is not the name of a USD file")
-    file = (context.folder / Path(keys[name]).expanduser()).absolute()
-    layer = context.referenced(file)
+    layer = _referenced_layer(context, prim, keys[name])
     roots = [root.name for root in layer.rootPrims]
     if layer.HasDefaultPrim():
         prim.GetReferences().AddReference(layer.identifier)
     elif len(roots) == 1:
         prim.GetReferences().AddReference(layer.identifier, f"/{roots[0]}")
     else:
-        raise ValueError(f"{file.name} has no defaultPrim and {len(roots)} root prims; give it a defaultPrim")
+        raise ValueError(f"{keys[name]} has no defaultPrim and {len(roots)} root prims; give it a defaultPrim")
+
+
+def _referenced_layer(context: PrimContext, prim: Any, asset: str) -> Any:
+    """The layer of a file, of a mapped address or of a stand-in. Raises ValueError for an address that is not here."""
+    mapped = assets.mapped(asset)
+    if mapped is None and (found := assets.stand_in(asset)):
+        context.checked.setdefault(Path(asset), Checked([found.layer], {found.layer.identifier: None}))
+        code, message = found.note()
+        context.warn(code, asset, f"{message} ({prim.GetPath()} asks for it)")
+        return found.layer
+    if mapped is None and asset_roots.names_asset(asset):
+        raise ValueError(assets.not_here(asset))
+    return context.referenced(mapped or (context.folder / Path(asset).expanduser()).absolute())
 
 
 def _schemas(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:

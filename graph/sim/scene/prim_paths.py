@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 from graph.base.suggest import closest
 
+from .assets import missing_above
+
 if TYPE_CHECKING:
     from pxr import Usd
 
@@ -41,7 +43,9 @@ def prim_at(stage: Usd.Stage, path: str) -> Usd.Prim:
 
 
 def near_prim(stage: Usd.Stage, path: str) -> str:
-    """A suggestion for the path of a missing prim: its first missing name is compared with those that are there."""
+    """What to do about the path of a missing prim: the asset that should have it, else the most similar path."""
+    if missing := missing_above(stage, path):
+        return f": {missing}"
     parent = stage.GetPseudoRoot()
     for name in path.strip("/").split("/"):
         child = parent.GetChild(name)

@@ -72,6 +72,7 @@ def test_the_example_with_the_remedy_is_fine(capsys):
     ("code", "options", "told"),
     [
         ("radar-motion-bvh-off", {"bvh": False}, OFF),
+        ("radar-motion-bvh-off", {"bvh": False, "parity": "isaacsim-6.0.1"}, OFF),
         ("radar-motion-bvh-off", {}, None),
         ("radar-motion-bvh-off", {"bvh": False, "rendered": False}, None),
         ("radar-tick-rate-ignored", {"rate": 20}, "it does not render at 20 Hz there"),

@@ -154,7 +154,7 @@ CASES = {
     "asset behind a URL": (
         'def "Robot" (payload = @https://example.com/robot.usd@) {}\n' + graph_text(a_node("tick", TICK)),
         "usd-missing-asset",
-        "https://example.com/robot.usd does not exist; it is left out",
+        "robot.usd is not downloaded (https://example.com/robot.usd; give its folder with --asset-root ",
     ),
     "attribute that the type lost": (
         graph_text(a_node("t", "isaacsim.core.nodes.IsaacReadSimulationTime", "int64 inputs:swhFrameNumber = 3")),

@@ -1,0 +1,228 @@
+"""Stand-ins for the most used assets of Isaac Sim: floors, rooms, a warehouse, blocks, a Franka and a Jetbot.
+
+Joints have the names, axes and limits of the originals; shapes are boxes and capsules, and sizes of rooms are ours.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from graph.sim.usd import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
+
+from .assets import StandIn
+
+Numbers = Sequence[float]
+EFFORTS = (87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0)
+"""Of the Franka's joints [N m]; fingers 20 N."""
+ARM = (
+    # at [m], turned about x by [deg], lower and upper limit [rad], mass of the link [kg]
+    ((0, 0, 0.333), 0, -2.8973, 2.8973, 2.74),
+    ((0, 0, 0), -90, -1.7628, 1.7628, 2.74),
+    ((0, -0.316, 0), 90, -2.8973, 2.8973, 2.38),
+    ((0.0825, 0, 0), 90, -3.0718, -0.0698, 2.38),
+    ((-0.0825, 0.384, 0), -90, -2.8973, 2.8973, 2.74),
+    ((0, 0, 0), 90, -0.0175, 3.7525, 1.55),
+    ((0.088, 0, 0), 90, -2.8973, 2.8973, 0.54),
+)
+"""Frames of the Franka's seven joints, each in that of the joint before (its data sheet)."""
+HOME = (0.0, -0.57, 0.0, -2.81, 0.0, 3.037, 0.741)
+"""The joint positions at which it stands [rad]."""
+FLANGE, HAND_TURN, FINGERS_AT, FINGERS_APART = 0.107, -45.0, 0.0584, 0.04
+ROOM, ROOM_HEIGHT = (8.0, 8.0), 3.0
+HALL, HALL_HEIGHT = (20.0, 30.0), 9.0
+WHEEL_RADIUS, WHEEL_DISTANCE = 0.03, 0.1125
+
+
+def stand_in(tail: str) -> StandIn | None:
+    """The stand-in for an asset by its path from `/Isaac/` on."""
+    for pattern, make, what in KNOWN:
+        if re.search(pattern, tail, re.IGNORECASE):
+            stage = Usd.Stage.CreateInMemory(f"{tail.rpartition('/')[2].partition('.')[0]}.usda")
+            UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+            UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
+            stage.SetDefaultPrim(make(stage))
+            return StandIn.of(stage, what)
+    return None
+
+
+def _ground(stage: Any) -> Any:
+    root = UsdGeom.Xform.Define(stage, "/World")
+    plane = UsdGeom.Plane.Define(stage, "/World/GroundPlane")
+    plane.CreateAxisAttr("Z")
+    UsdPhysics.CollisionAPI.Apply(plane.GetPrim())
+    return root.GetPrim()
+
+
+def _room(stage: Any) -> Any:
+    root = _ground(stage)
+    _walls(stage, ROOM, ROOM_HEIGHT)
+    _box(stage, "/World/table", (1.2, 0.8, 0.05), (0, 0, 0.725))
+    for number, (x, y) in enumerate(((0.5, 0.3), (0.5, -0.3), (-0.5, 0.3), (-0.5, -0.3))):
+        _box(stage, f"/World/table_leg_{number}", (0.05, 0.05, 0.7), (x, y, 0.35))
+    return root
+
+
+def _hall(stage: Any) -> Any:
+    root = _ground(stage)
+    _walls(stage, HALL, HALL_HEIGHT)
+    for row, x in enumerate((-7.5, -2.5, 2.5, 7.5)):
+        for level in range(4):
+            _box(stage, f"/World/rack_{row}_shelf_{level}", (1.2, 20, 0.1), (x, 0, 0.3 + 1.8 * level))
+        for side, y in enumerate((-10.0, 0.0, 10.0)):
+            _box(stage, f"/World/rack_{row}_post_{side}", (1.2, 0.1, 6.0), (x, y, 3.0))
+    return root
+
+
+def _walls(stage: Any, size: tuple[float, float], height: float) -> None:
+    width, length = size
+    for name, x, y in (("east", 1, 0), ("west", -1, 0), ("north", 0, 1), ("south", 0, -1)):
+        shape = (0.1, length, height) if x else (width, 0.1, height)
+        _box(stage, f"/World/wall_{name}", shape, (x * width / 2, y * length / 2, height / 2))
+
+
+def _block(stage: Any) -> Any:
+    root = UsdGeom.Xform.Define(stage, "/block").GetPrim()
+    _box(stage, "/block/shape", (0.05, 0.05, 0.05), (0, 0, 0))
+    _body(root, 0.1)
+    return root
+
+
+def _box(stage: Any, path: str, size: Numbers, at: Numbers) -> None:
+    """A solid box; size and centre [m]."""
+    cube = UsdGeom.Cube.Define(stage, path)
+    cube.CreateSizeAttr(1.0)
+    cube.AddTranslateOp().Set(Gf.Vec3d(*map(float, at)))
+    cube.AddScaleOp().Set(Gf.Vec3f(*map(float, size)))
+    UsdPhysics.CollisionAPI.Apply(cube.GetPrim())
+
+
+def _body(prim: Any, mass: float, inertia: Numbers = ()) -> None:
+    UsdPhysics.RigidBodyAPI.Apply(prim)
+    api = UsdPhysics.MassAPI.Apply(prim)
+    api.CreateMassAttr(mass)
+    if inertia:
+        api.CreateDiagonalInertiaAttr(Gf.Vec3f(*inertia))
+        api.CreateCenterOfMassAttr(Gf.Vec3f(0))
+
+
+def _franka(stage: Any) -> Any:
+    """Seven revolute joints and two fingers; its links have no colliders but the fingers."""
+    root = UsdGeom.Xform.Define(stage, "/panda").GetPrim()
+    UsdPhysics.ArticulationRootAPI.Apply(root)
+    root.CreateAttribute("physxArticulation:enabledSelfCollisions", Sdf.ValueTypeNames.Bool).Set(False)
+    pose, link = Gf.Matrix4d(1.0), _link(stage, "panda_link0", Gf.Matrix4d(1.0), 2.8, 0.14)
+    base = UsdPhysics.FixedJoint.Define(stage, "/panda/root_joint")
+    base.CreateBody1Rel().SetTargets([link])
+    for number, (at, turn, lower, upper, mass) in enumerate(ARM, start=1):
+        step = _frame(at, (1, 0, 0), turn)
+        pose = _frame((0, 0, 0), (0, 0, 1), math.degrees(HOME[number - 1])) * step * pose
+        child = _link(stage, f"panda_link{number}", pose, mass, 0.12)
+        joint = UsdPhysics.RevoluteJoint.Define(stage, f"{link}/panda_joint{number}")
+        _joined(joint, link, child, step)
+        joint.CreateAxisAttr("Z")
+        joint.CreateLowerLimitAttr(math.degrees(lower))
+        joint.CreateUpperLimitAttr(math.degrees(upper))
+        _drive(joint, "angular", 100.0, 10.0, EFFORTS[number - 1], math.degrees(HOME[number - 1]))
+        link = child
+    step = _frame((0, 0, FLANGE), (0, 0, 1), HAND_TURN)
+    hand = _link(stage, "panda_hand", step * pose, 0.73, 0.1)
+    _joined(UsdPhysics.FixedJoint.Define(stage, f"{link}/panda_hand_joint"), link, hand, step)
+    for number, (name, side) in enumerate((("panda_leftfinger", 1), ("panda_rightfinger", -1)), start=1):
+        turned = _frame((0, 0, FINGERS_AT), (0, 0, 1), 0.0 if side > 0 else 180.0)
+        opened = _frame((0, FINGERS_APART, 0), (0, 0, 1), 0.0) * turned * step * pose
+        finger = _link(stage, name, opened, 0.1, 0.05, solid=True)
+        joint = UsdPhysics.PrismaticJoint.Define(stage, f"{hand}/panda_finger_joint{number}")
+        _joined(joint, hand, finger, turned)
+        joint.CreateAxisAttr("Y")
+        joint.CreateLowerLimitAttr(0.0)
+        joint.CreateUpperLimitAttr(FINGERS_APART)
+        _drive(joint, "linear", 1000.0, 100.0, 20.0, FINGERS_APART)
+    return root
+
+
+def _link(stage: Any, name: str, pose: Any, mass: float, height: float, *, solid: bool = False) -> str:
+    """A link of the Franka with a box of this height on its z axis."""
+    path = f"/panda/{name}"
+    prim = UsdGeom.Xform.Define(stage, path)
+    prim.AddTransformOp().Set(pose)
+    _body(prim.GetPrim(), mass, [mass * 0.01] * 3)
+    shape = UsdGeom.Cube.Define(stage, f"{path}/visuals")
+    shape.CreateSizeAttr(1.0)
+    shape.AddTranslateOp().Set(Gf.Vec3d(0, 0.01 if solid else 0, height / 2 if solid else 0))
+    shape.AddScaleOp().Set(Gf.Vec3f(0.02, 0.02, height) if solid else Gf.Vec3f(0.1, 0.1, height))
+    if solid:
+        UsdPhysics.CollisionAPI.Apply(shape.GetPrim())
+    return path
+
+
+def _frame(at: Numbers, axis: Numbers, degrees: float) -> Any:
+    """A frame in its parent's: turned about an axis, then moved [m]; row vectors."""
+    turn = Gf.Rotation(Gf.Vec3d(*map(float, axis)), degrees)
+    return Gf.Matrix4d().SetTransform(turn, Gf.Vec3d(*map(float, at)))
+
+
+def _joined(joint: Any, parent: str, child: str, frame: Any) -> None:
+    """Joins two bodies; frame: the child's in the parent's."""
+    joint.CreateBody0Rel().SetTargets([parent])
+    joint.CreateBody1Rel().SetTargets([child])
+    joint.CreateLocalPos0Attr(Gf.Vec3f(frame.ExtractTranslation()))
+    joint.CreateLocalRot0Attr(Gf.Quatf(frame.ExtractRotationQuat()))
+    joint.CreateLocalPos1Attr(Gf.Vec3f(0))
+    joint.CreateLocalRot1Attr(Gf.Quatf(1))
+
+
+def _drive(joint: Any, kind: str, stiffness: float, damping: float, force: float, target: float = 0.0) -> None:
+    drive = UsdPhysics.DriveAPI.Apply(joint.GetPrim(), kind)
+    drive.CreateStiffnessAttr(stiffness)
+    drive.CreateDampingAttr(damping)
+    drive.CreateMaxForceAttr(force)
+    drive.CreateTargetPositionAttr(target)
+
+
+def _jetbot(stage: Any) -> Any:
+    """Two driven wheels and a frictionless ball behind."""
+    root = UsdGeom.Xform.Define(stage, "/jetbot").GetPrim()
+    UsdPhysics.ArticulationRootAPI.Apply(root)
+    chassis = UsdGeom.Xform.Define(stage, "/jetbot/chassis")
+    chassis.AddTranslateOp().Set(Gf.Vec3d(0, 0, WHEEL_RADIUS))
+    _body(chassis.GetPrim(), 1.0)
+    _box(stage, "/jetbot/chassis/body", (0.14, 0.08, 0.06), (-0.02, 0, 0.03))
+    ball = UsdGeom.Sphere.Define(stage, "/jetbot/chassis/caster")
+    ball.CreateRadiusAttr(0.01)
+    ball.AddTranslateOp().Set(Gf.Vec3d(-0.07, 0, 0.01 - WHEEL_RADIUS))
+    UsdPhysics.CollisionAPI.Apply(ball.GetPrim())
+    smooth = UsdShade.Material.Define(stage, "/jetbot/smooth")
+    friction = UsdPhysics.MaterialAPI.Apply(smooth.GetPrim())
+    friction.CreateStaticFrictionAttr(0.0)
+    friction.CreateDynamicFrictionAttr(0.0)
+    smooth.GetPrim().CreateAttribute("physxMaterial:frictionCombineMode", Sdf.ValueTypeNames.Token).Set("min")
+    binding = UsdShade.MaterialBindingAPI.Apply(ball.GetPrim())
+    binding.Bind(smooth, UsdShade.Tokens.weakerThanDescendants, "physics")
+    for name, side in (("left_wheel", 1), ("right_wheel", -1)):
+        at = (0.0, side * WHEEL_DISTANCE / 2, 0.0)
+        wheel = UsdGeom.Cylinder.Define(stage, f"/jetbot/{name}")
+        wheel.CreateAxisAttr("Y")
+        wheel.CreateRadiusAttr(WHEEL_RADIUS)
+        wheel.CreateHeightAttr(0.025)
+        wheel.AddTranslateOp().Set(Gf.Vec3d(at[0], at[1], WHEEL_RADIUS))
+        UsdPhysics.CollisionAPI.Apply(wheel.GetPrim())
+        _body(wheel.GetPrim(), 0.05)
+        joint = UsdPhysics.RevoluteJoint.Define(stage, f"/jetbot/chassis/{name}_joint")
+        _joined(joint, "/jetbot/chassis", f"/jetbot/{name}", _frame(at, (0, 0, 1), 0.0))
+        joint.CreateAxisAttr("Y")
+        _drive(joint, "angular", 0.0, 0.01, 0.1)
+    return root
+
+
+KNOWN: tuple[tuple[str, Callable[[Any], Any], str], ...] = (
+    (r"/Environments/Grid/", _ground, "an endless ground plane"),
+    (r"/Environments/Simple_Room/", _room, "a room of 8 x 8 m with a table"),
+    (r"/Environments/Simple_Warehouse/", _hall, "a hall of 20 x 30 m with four racks"),
+    (r"/Props/Blocks/", _block, "a cube of 5 cm"),
+    (r"/Robots/(FrankaRobotics/FrankaPanda|Franka)/franka[^/]*$", _franka, "an arm with its 9 joints, links as boxes"),
+    (r"/Robots/(NVIDIA/)?Jetbot/jetbot[^/]*$", _jetbot, "a box on its two driven wheels"),
+)
+"""Patterns of asset paths, what makes their stand-ins, and these in words."""
