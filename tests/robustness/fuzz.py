@@ -98,7 +98,7 @@ def _watched(seed: int, first: int, end: int, found: Found, keep: Path | None, o
         assert worker.stdout is not None
         case, since, lines = first, 0.0, ""
         while True:
-            ready, _, _ = select.select([worker.stdout], [], [], 0.05)
+            ready, _, _ = select.select([worker.stdout], [], [], 0.5)
             data = os.read(worker.stdout.fileno(), 65536) if ready else None
             *whole, lines = (lines + (data or b"").decode()).split("\n")
             for line in whole:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import time
-
 import pytest
 
 from graph import UserError, compile_graphs
 from graph.plan.order import cycles, dependency_order
+from tests.support.costs import within
 
 
 def problems(library, *specs):
@@ -341,8 +340,6 @@ def test_only_the_first_unknown_types_have_a_suggestion(library, make_spec):
 def test_thousands_of_unknown_types_are_found_in_little_time(make_spec):
     spec = make_spec({f"n{i}": f"omni.graph.nodes.Ad{i}" for i in range(4_000)})
     compile_graphs([make_spec({"a": "omni.graph.nodes.ConstantDouble"})])  # the shipped types are there
-    start = time.process_time()
-    with pytest.raises(UserError) as caught:
+    with within(0.8), pytest.raises(UserError) as caught:
         compile_graphs([spec])
     assert len(caught.value.problems) == 4_000
-    assert time.process_time() - start < 0.8

@@ -1,7 +1,6 @@
 """Recordings and message files from strangers: read, or refused in one line, soon."""
 
 import struct
-import time
 
 import lz4.frame
 import pytest
@@ -19,6 +18,7 @@ from graph.session.message_sources import open_sources
 from graph.sim.messages.bus import MessageBus
 from graph.sim.messages.ros_fields import from_plain
 from graph.sim.messages.ros_types import least_part, register, serialize
+from tests.support.costs import within
 from tests.support.mcap_files import message, written
 
 SETTINGS = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -42,17 +42,16 @@ def recording(tmp_path_factory):
 
 
 def read_all(path):
-    """Reads and decodes a file, or reports what is wrong; how long that took [s]."""
-    started, said = time.process_time(), str(path)
-    try:
-        for entry in McapSource(path):
-            entry.load()
-    except (UserError, RunError) as error:
-        said = str(error)
-    elapsed = time.process_time() - started
+    """Reads and decodes a file, or reports what is wrong, soon."""
+    said = str(path)
+    with within(2):
+        try:
+            for entry in McapSource(path):
+                entry.load()
+        except (UserError, RunError) as error:
+            said = str(error)
     assert "\n" not in said
     assert str(path) in said
-    return elapsed
 
 
 @SETTINGS
@@ -63,14 +62,14 @@ def test_a_damaged_recording_is_read_as_far_as_it_goes_or_refused(recording, tmp
         at = place % (len(data) - len(content))
         data[at : at + len(content)] = content
     (tmp_path / "x.mcap").write_bytes(data)
-    assert read_all(tmp_path / "x.mcap") < 2
+    read_all(tmp_path / "x.mcap")
 
 
 @SETTINGS
 @given(st.integers(0, 2**20))
 def test_a_recording_that_was_cut_off_is_refused(recording, tmp_path, length):
     (tmp_path / "x.mcap").write_bytes(recording[: length % len(recording)])
-    assert read_all(tmp_path / "x.mcap") < 2
+    read_all(tmp_path / "x.mcap")
 
 
 @pytest.mark.parametrize("opcode", range(1, 16))
@@ -78,8 +77,8 @@ def test_records_that_claim_to_be_huge_are_refused(recording, tmp_path, opcode):
     huge = bytes([opcode]) + struct.pack("<Q", 2**62) + b"\0" * 64
     (tmp_path / "x.mcap").write_bytes(recording[:8] + huge + recording[8:])
     (tmp_path / "y.mcap").write_bytes(recording[:8] + huge)
-    assert read_all(tmp_path / "x.mcap") < 2
-    assert read_all(tmp_path / "y.mcap") < 2
+    read_all(tmp_path / "x.mcap")
+    read_all(tmp_path / "y.mcap")
 
 
 TEXT = '- {at: 1, topic: a, type: std_msgs/msg/String, message: {data: "x"}}\n- {at: 2, topic: a, message: {}}\n'
@@ -97,15 +96,15 @@ def test_a_damaged_message_file_is_read_or_refused(tmp_path, name, changes):
         at = place % len(text)
         text = text[:at] + content + text[at + 1 :] or " "
     (tmp_path / name).write_text(text, encoding="utf-8", errors="surrogatepass")
-    started, said = time.process_time(), str(tmp_path / name)
-    try:
-        [source] = open_sources([tmp_path / name])
-        for entry in source:
-            entry.load()
-    except UserError as error:
-        said = str(error)
+    said = str(tmp_path / name)
+    with within(2):
+        try:
+            [source] = open_sources([tmp_path / name])
+            for entry in source:
+                entry.load()
+        except UserError as error:
+            said = str(error)
     assert str(tmp_path / name) in said
-    assert time.process_time() - started < 2
 
 
 @pytest.mark.parametrize(
@@ -123,10 +122,8 @@ def test_a_damaged_message_file_is_read_or_refused(tmp_path, name, changes):
 )
 def test_hostile_message_files_are_refused_in_time(tmp_path, text):
     (tmp_path / "x.yaml").write_text(text)
-    started = time.process_time()
-    with pytest.raises(UserError):
+    with within(2), pytest.raises(UserError):
         open_sources([tmp_path / "x.yaml"])
-    assert time.process_time() - started < 2
 
 
 def defined(*parts):
@@ -146,10 +143,8 @@ def test_types_that_double_are_counted_once_each():
     register("b19_msgs/msg/T0", doubling(19))
     with pytest.raises(ValueError, match=r"holds 1,048,576 values; the limit is 1,000,000 values; raise it with"):
         register("b20_msgs/msg/T0", doubling(20))
-    started = time.process_time()
-    with pytest.raises(ValueError, match=r"--limit recording\.type=N"):
+    with within(2), pytest.raises(ValueError, match=r"--limit recording\.type=N"):
         register("b90_msgs/msg/T0", doubling(90))
-    assert time.process_time() - started < 2
 
 
 def test_types_within_types_nest_100_deep_and_no_deeper():

@@ -122,7 +122,7 @@ def main():
 
     wanted, received, travelled, times, found = int(sys.argv[1]), [], 0.0, [], {}
     last = time.monotonic()
-    while len(received) < wanted and time.monotonic() < last + 20:
+    while len(received) < wanted and time.monotonic() < last + 120:
         commands.write(Twist(Vector3(0.5, 0, 0), Vector3(0, 0, 0)))
         for endpoint in endpoints.take(N=100):
             if (getattr(endpoint, "topic_name", None) or "").startswith(

@@ -60,7 +60,7 @@ def main():
         return b"\x00\x01\x00\x00" + struct.pack("<6d", forward, 0, 0, 0, 0, 0)
 
     last, count = time.monotonic(), 0
-    while count < wanted and time.monotonic() < last + 20:
+    while count < wanted and time.monotonic() < last + 120:
         right.put(twist(0.5), attachment=struct.pack("<qqB", 1, time.time_ns(), 16) + bytes(16))
         wrong.put(twist(-0.5), attachment=struct.pack("<qqB", 1, time.time_ns(), 16) + bytes(16))
         time.sleep(0.02)

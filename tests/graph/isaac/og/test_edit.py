@@ -1,7 +1,5 @@
 """One call that makes or changes a graph: argument forms, return values, all or nothing."""
 
-import time
-
 import pytest
 
 from graph import Controller, OmniGraphError, OmniGraphValueError, UserError
@@ -9,6 +7,7 @@ from graph.isaac.og import Compound, TypedValue
 from graph.node.declaration import Attribute
 from graph.node.decorator import declare
 from nodes.catalog import renames
+from tests.support.costs import within
 
 K = Controller.Keys
 ACTION = {"graph_path": "/World/G", "evaluator_name": "execution"}
@@ -312,15 +311,14 @@ def test_a_dict_for_a_graph_that_exists_is_a_mistake(control):
 
 def test_a_hundred_thousand_nodes_come_by_one_edit(control):
     count = 100_000
-    started = time.process_time()
-    graph, nodes, _, _ = control.edit(
-        "/World/Big",
-        {
-            K.CREATE_NODES: [(f"n{i}", "test.Inc") for i in range(count)],
-            K.CONNECT: [(f"n{i}.outputs:y", f"n{i + 1}.inputs:a") for i in range(count - 1)],
-        },
-    )
-    assert time.process_time() - started < 20, "the bound is 10 s on a machine that does nothing else"
+    with within(10):
+        graph, nodes, _, _ = control.edit(
+            "/World/Big",
+            {
+                K.CREATE_NODES: [(f"n{i}", "test.Inc") for i in range(count)],
+                K.CONNECT: [(f"n{i}.outputs:y", f"n{i + 1}.inputs:a") for i in range(count - 1)],
+            },
+        )
     control.evaluate_sync(graph)
     assert nodes[-1].get("y") == count
 
