@@ -33,8 +33,10 @@ class BodyWatch:
         strength = float(np.linalg.norm(gravity))
         bases = [1 + paths.index(path) for path in _bases(engine)] if strength else []
         self._bases = np.array(bases, dtype=np.intp)
-        self._up: Floats = -gravity / max(strength, 1e-12)
-        self._first = self._up_of(engine)
+        turned = engine.data.xmat[self._bases].reshape(-1, 3, 3)
+        up = -gravity / max(strength, 1e-12)
+        self._uprights: Floats = np.einsum("i,nkj,k->nij", up, turned, up).reshape(-1, 9)
+        """(n, 9) with the base's rotation: the cosine of its turn from its first pose, away from gravity."""
         joints = np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)
         free = [(int(model.jnt_bodyid[joint]) - 1, int(model.jnt_dofadr[joint])) for joint in joints]
         sizes = _sizes(engine)
@@ -43,21 +45,15 @@ class BodyWatch:
         self._dofs = np.array([dof + np.arange(3) for _, dof in free], dtype=np.intp).reshape(-1, 3)
         self._sizes = sizes[self._rows]
 
-    def _up_of(self, engine: MujocoEngine) -> Floats:
-        """(n, 3) the direction against gravity in each base's own axes."""
-        turned = engine.data.xmat[self._bases].reshape(-1, 3, 3)
-        out: Floats = np.einsum("nij,i->nj", turned, self._up)
-        return out
-
     def look(self, engine: MujocoEngine, warn: Warn) -> None:
         """Warns of `body-tipped` and `body-too-fast`."""
         if len(self._bases):
-            upright = np.einsum("ni,ni->n", self._up_of(engine), self._first)
+            upright = np.einsum("nk,nk->n", engine.data.xmat.take(self._bases, axis=0), self._uprights)
             if upright.min() < TIPPED:
                 self._tell_tipped(engine, upright, warn)
         if len(self._rows):
-            speeds = engine.data.qvel[self._dofs]
-            moves = np.sqrt(np.einsum("ni,ni->n", speeds, speeds)) * float(engine.dt)
+            speeds = engine.data.qvel.take(self._dofs)
+            moves = np.sqrt(np.einsum("ni,ni->n", speeds, speeds)) * engine.model.opt.timestep
             if (moves > self._sizes).any():
                 self._tell_fast(engine, moves, warn)
 
@@ -71,7 +67,7 @@ class BodyWatch:
                 "force (maxForce)",
             )
         left = upright >= TIPPED
-        self._bases, self._first = self._bases[left], self._first[left]
+        self._bases, self._uprights = self._bases[left], self._uprights[left]
 
     def _tell_fast(self, engine: MujocoEngine, moves: Floats, warn: Warn) -> None:
         fast = moves > self._sizes

@@ -62,19 +62,22 @@ class Chains:
         """trees: those of `chains_of`; driven: joints with drives; own: a second set of data, for trials."""
         self._model, self.trees, self._data = model, trees, own
         tree_of = model.dof_treeid[model.jnt_dofadr]
-        self._qpos, self._qvel, self._xipos = own.qpos, own.qvel, own.xipos
+        self._qpos, self._qvel = own.qpos, own.qvel
         self._drives = np.isin(trees, tree_of[list(driven)])
-        self._all_driven = bool(self._drives.all())
+        self._drives.flags.writeable = False
+        self._all_driven, self._any_driven = bool(self._drives.all()), bool(self._drives.any())
         mine = np.isin(tree_of, trees)
         hinge = model.jnt_type == int(_KINDS.mjJNT_HINGE)
-        self._hinges = model.jnt_dofadr[mine & hinge & ~_wheels(model)]
+        self._hinges = _run(model.jnt_dofadr[mine & hinge & ~_wheels(model)])
         self._balls = model.jnt_dofadr[mine & (model.jnt_type == int(_KINDS.mjJNT_BALL))][:, None] + np.arange(3)
         limited = mine & hinge & (model.jnt_limited > 0)
         self._limited, self._range = model.jnt_qposadr[limited], model.jnt_range[limited].T
         joints = [np.flatnonzero(tree_of == tree) for tree in trees]
         self._places = [_places(model, each) for each in joints]
+        self._everywhere = _places(model, np.flatnonzero(mine))
         self._sums = np.array(model.dof_treeid == trees[:, None], dtype=np.float64)
         """(T, nv) that sums over the coordinates of each chain."""
+        self._halves = self._sums / 2
         of_tree = model.body_treeid == trees[:, None]
         self._weights = np.where(of_tree, model.body_mass * (1 - model.body_gravcomp), 0.0)
         self._masses = np.where(of_tree, model.body_mass, 0.0).sum(axis=1)
@@ -86,7 +89,10 @@ class Chains:
         self._damps = self._sums @ model.dof_damping + model.opt.density + model.opt.viscosity > 0
         self._decay = float((model.dof_damping * model.dof_invweight0)[self._sums.any(axis=0)].max(initial=0.0))
         self._excess = np.zeros(len(trees))
+        self._any_floats = bool(self._floats.any())
+        self._centres = own.xipos.reshape(-1)
         self._momenta, self._gravity = np.zeros(model.nv), np.zeros(model.nv)
+        self._pulled: tuple[bytes, Floats, Floats] = b"", self._excess, self._excess
         self._known: tuple[bytes, Floats, Floats] = b"", self._excess, self._excess
 
     # -- free chains -------------------------------------------------------------------------------------------------
@@ -99,8 +105,8 @@ class Chains:
         """
         if self._all_driven:
             return self._drives
-        left = self._touched(data)
-        if left.all():
+        left, some = self._touched(data)
+        if some and left.all():
             return left
         model, own = self._model, self._data
         option = model.opt
@@ -113,29 +119,33 @@ class Chains:
             while True:
                 option.timestep = dt / parts
                 mujoco.mj_step(model, own, parts)
-                done = self._keeps(before, scale, speeds, dt) | left
-                if done.all() or parts >= MOST_PARTS:
+                done = self._keeps(before, scale, speeds, dt)
+                if done is None or (done | left).all() or parts >= MOST_PARTS:
                     break
                 parts *= 2
                 self._set(own, start)
         finally:
             option.timestep, option.integrator, option.disableflags = dt, integrator, disabled
-        for number in np.flatnonzero(done & ~left):
+        if done is None and not some:
+            coordinates, dofs = self._everywhere
+            data.qpos[coordinates], data.qvel[dofs] = self._qpos[coordinates], self._qvel[dofs]
+            return left
+        done = ~left if done is None else done & ~left
+        for number in np.flatnonzero(done):
             coordinates, dofs = self._places[number]
-            data.qpos[coordinates], data.qvel[dofs] = own.qpos[coordinates], own.qvel[dofs]
-        return left | ~done
+            data.qpos[coordinates], data.qvel[dofs] = self._qpos[coordinates], self._qvel[dofs]
+        return ~done
 
     def _set(self, own: Any, state: Floats) -> None:
         mujoco.mj_setState(self._model, own, state, STATE)
 
-    def _touched(self, data: Any) -> NDArray[np.bool_]:
-        """(T,) chains with drives, contacts, limits, friction or loops in the last step."""
+    def _touched(self, data: Any) -> tuple[NDArray[np.bool_], bool]:
+        """(T,) chains with drives, contacts, limits, friction or loops in the last step; and whether any may be one."""
         if not data.nefc:
-            return self._drives.copy()
+            return self._drives, self._any_driven
         if not data.nisland:
-            return np.ones(len(self.trees), dtype=np.bool_)
-        out: NDArray[np.bool_] = self._drives | (data.tree_island[self.trees] >= 0)
-        return out
+            return np.ones(len(self.trees), dtype=np.bool_), True
+        return self._drives | (data.tree_island[self.trees] >= 0), True
 
     def _first_parts(self, dt: float) -> int:
         """The number of parts to begin with."""
@@ -166,9 +176,19 @@ class Chains:
         about their centres of mass, and of their fall for those that hang.
         """
         kinetic, inner = self._kinetic()
+        pull, fall = self._pull()
+        return kinetic - pull @ self._centres, inner + fall
+
+    def _pull(self) -> tuple[Floats, Floats]:
+        """(T, 3 n) what gravity adds to the chains' energies [J] by the coordinates of all masses; (T,) the most that
+        those that hang can fall [J].
+        """
         gravity = self._model.opt.gravity
-        potential = self._weights @ (self._xipos @ gravity)
-        return kinetic - potential, inner + math.hypot(*gravity.tolist()) * self._heights
+        known = gravity.tobytes()
+        if known != self._pulled[0]:
+            pull = (self._weights[:, :, None] * gravity).reshape(len(self.trees), -1)
+            self._pulled = known, pull, math.hypot(*gravity.tolist()) * self._heights
+        return self._pulled[1:]
 
     def _kinetic(self) -> tuple[Floats, Floats]:
         """(T,) kinetic energies [J], of all and of the motion about the centre of mass of those that float."""
@@ -177,20 +197,22 @@ class Chains:
         mujoco.mj_comPos(model, own)
         mujoco.mj_makeM(model, own)
         mujoco.mj_mulM(model, own, self._momenta, self._qvel)
-        kinetic: Floats = self._sums @ (self._qvel * self._momenta) / 2
-        if not self._floats.any():
+        kinetic: Floats = self._halves @ (self._qvel * self._momenta)
+        if not self._any_floats:
             return kinetic, kinetic
         linear = self._momenta[self._linear]  # of a free joint: along the world's axes
         return kinetic, kinetic - np.where(self._floats, (linear**2).sum(axis=1) / (2 * self._masses), 0.0)
 
-    def _keeps(self, before: Floats, scale: Floats, speeds: Floats, dt: float) -> NDArray[np.bool_]:
-        """(T,) whether the chains' energies changed as they should, in a step dt that ends in this state."""
+    def _keeps(self, before: Floats, scale: Floats, speeds: Floats, dt: float) -> NDArray[np.bool_] | None:
+        """(T,) whether the chains' energies changed as they should, in a step dt that ends in this state; None: all."""
         own = self._data
-        applied = own.qfrc_smooth - own.qfrc_passive + own.qfrc_bias  # by users, also on bodies
         state = self._qpos.tobytes() + self._qvel.tobytes()
         after, scale_after = self._energies()
         self._known = state, after, scale_after
         change = after - before
+        if (np.abs(change) <= DRIFT * dt * scale_after).all():
+            return None
+        applied = own.qfrc_smooth - own.qfrc_passive + own.qfrc_bias  # by users, also on bodies
         allowed = DRIFT * dt * np.maximum(scale, scale_after) + 1e-12 * (np.abs(before) + np.abs(after))
         keeps: NDArray[np.bool_] = np.abs(change) <= allowed
         if not keeps.all():
@@ -272,12 +294,19 @@ def _wheels(model: Any) -> NDArray[np.bool_]:
     return out
 
 
-def _places(model: Any, joints: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """The coordinates, and the coordinates of velocity, of some joints."""
+def _places(model: Any, joints: NDArray[np.intp]) -> tuple[NDArray[np.intp] | slice, NDArray[np.intp] | slice]:
+    """The coordinates, and the coordinates of velocity, of some joints; slices where they follow one another."""
     widths = [_WIDTHS.get(int(model.jnt_type[joint]), (1, 1)) for joint in joints]
     positions = [np.arange(n) + model.jnt_qposadr[j] for j, (n, _) in zip(joints, widths, strict=True)]
     speeds = [np.arange(n) + model.jnt_dofadr[j] for j, (_, n) in zip(joints, widths, strict=True)]
-    return np.concatenate(positions), np.concatenate(speeds)
+    return _run(np.concatenate(positions)), _run(np.concatenate(speeds))
+
+
+def _run(numbers: NDArray[np.intp]) -> NDArray[np.intp] | slice:
+    """Numbers as a slice, if they follow one another."""
+    if len(numbers) and int(numbers[-1] - numbers[0]) == len(numbers) - 1:
+        return slice(int(numbers[0]), int(numbers[-1]) + 1)
+    return numbers
 
 
 def _lever(model: Any, tree: int) -> float:

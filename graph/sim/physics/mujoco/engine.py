@@ -147,7 +147,7 @@ class MujocoEngine(PhysicsEngine):
         model, data, counters, advance = self.model, self.data, self._counters, mujoco.mj_step
         check_positions, check_velocities = mujoco.mj_checkPos, mujoco.mj_checkVel
         limit, first = self.drives.limit_forces if self.drives.limited else None, self.taken + 1
-        iterations, cap = self._monitor.solver_of()
+        iterations, spent = self._monitor.solver_of()
         if self._surfaces is not None:
             advance = self._surfaces.step
 
@@ -163,9 +163,9 @@ class MujocoEngine(PhysicsEngine):
 
         def follow() -> None:
             """What comes after it."""
-            nonlocal iterations, cap
-            if max(iterations) >= cap and self._monitor.check_solver():
-                iterations, cap = self._monitor.solver_of()
+            nonlocal iterations, spent
+            if spent in iterations.tobytes() and self._monitor.check_solver():
+                iterations, spent = self._monitor.solver_of()
             for each in self._after_step:
                 each(data)
 
