@@ -130,3 +130,84 @@ SCENE = """<mujoco model="scene">
   <keyframe><key name="home" qpos="0 0 .9 1 0 0 0 .1 -.2 .3 .4 -.2 .2 .5 0 1 3 1 0 0 0" ctrl=".1 .2 0 0 .5"/></keyframe>
 </mujoco>
 """
+
+
+class Walker:
+    """A walking robot as its makers' models are: a free base whose links follow one another on hinges, a weld each for
+    the feet, position or force drives, and geoms that only show beside those that collide.
+
+    text: the model; links: (name, parent) without the base; joints: (name, link) in the model's order.
+    """
+
+    def __init__(self, name, base, limbs, *, feet=(), actuator="position"):
+        """limbs: rows of (link, joint, place, axis), each link on the one before; feet: links with a foot welded on."""
+        self.base, self.links, self.joints = base, [], []
+        bodies = ""
+        for limb in limbs:
+            parent, end = base, ""
+            for link, joint, place, axis in limb:
+                self.links.append((link, parent))
+                self.joints.append((joint, link))
+                bodies += f'<body name="{link}" pos="{place}"><joint name="{joint}" axis="{axis}"/>{SHAPES}'
+                end, parent = "</body>" + end, link
+                if link in feet:
+                    foot = link.replace("calf", "foot")
+                    self.links.append((foot, link))
+                    bodies += f'<body name="{foot}" pos="0 0 -0.2">{SHAPES}</body>'
+            bodies += end
+        drive = {"position": 'kp="80" kv="4"', "motor": 'ctrlrange="-40 40"'}[actuator]
+        drives = "".join(f'<{actuator} name="drive-{one}" joint="{one}" {drive}/>' for one, _ in self.joints)
+        self.text = WALKER.format(name=name, base=base, shapes=SHAPES, bodies=bodies, drives=drives)
+
+
+SHAPES = '<geom class="visual"/><geom class="collision"/>'
+WALKER = """<mujoco model="{name}">
+  <compiler angle="radian" autolimits="true"/>
+  <default>
+    <joint damping="0.5" armature="0.01" frictionloss="0.1" range="-2 2"/>
+    <default class="visual">
+      <geom type="sphere" size="0.03" group="2" contype="0" conaffinity="0" density="0"/>
+    </default>
+    <default class="collision"><geom type="capsule" size="0.02 0.02" group="3"/></default>
+  </default>
+  <worldbody>
+    <body name="{base}" pos="0 0 2"><freejoint/><site name="imu" pos="0 0 0.1"/>{shapes}{bodies}</body>
+  </worldbody>
+  <actuator>{drives}</actuator>
+</mujoco>
+"""
+
+
+def quadruped_of_twelve_joints():
+    """Go2's links and joints: base, and hip, thigh, calf and foot of four legs."""
+    legs = [
+        [
+            (f"{leg}_hip", f"{leg}_hip_joint", f"{x} {y} 0", "1 0 0"),
+            (f"{leg}_thigh", f"{leg}_thigh_joint", f"0 {y} 0", "0 1 0"),
+            (f"{leg}_calf", f"{leg}_calf_joint", "0 0 -0.2", "0 1 0"),
+        ]
+        for leg, x, y in (("FL", 0.2, 0.1), ("FR", 0.2, -0.1), ("RL", -0.2, 0.1), ("RR", -0.2, -0.1))
+    ]
+    return Walker("go2", "base", legs, feet={f"{leg}_calf" for leg in ("FL", "FR", "RL", "RR")}, actuator="motor")
+
+
+def humanoid_of_29_joints():
+    """G1's links and joints, written with the characters that USD names cannot have: six of each leg, three of the
+    waist, seven of each arm.
+    """
+    axes = {"pitch": "0 1 0", "roll": "1 0 0", "yaw": "0 0 1"}
+
+    def limb(side, parts, place, step):
+        out = []
+        for number, part in enumerate(parts):
+            axis = axes[part.rpartition(".")[2]]
+            out.append((f"{side}{part}.link", f"{side}{part}.joint", place if not number else step, axis))
+        return out
+
+    leg = ("hip.pitch", "hip.roll", "hip.yaw", "knee.pitch", "ankle.pitch", "ankle.roll")
+    arm = ("shoulder.pitch", "shoulder.roll", "shoulder.yaw", "elbow.pitch", "wrist.roll", "wrist.pitch", "wrist.yaw")
+    waist = limb("waist-", ("yaw", "roll", "pitch"), "0 0 0.1", "0 0 0.05")
+    sides = (("left-", 0.1), ("right-", -0.1))
+    legs = [limb(side, leg, f"0 {y} -0.1", "0 0 -0.12") for side, y in sides]
+    arms = [limb(side, arm, f"0 {3 * y} 0.3", "0 0 -0.08") for side, y in sides]
+    return Walker("g1", "pelvis", [*legs, waist, *arms])
