@@ -14,12 +14,15 @@ from sensors.errors import SensorValueError
 from sensors.sensor_types import sensor_types
 
 from .annotated import AnnotatedWriter
+from .basic import BasicWriter
 from .spec import DEBUG_DRAW, REGISTRY, Writer, WriterSpec
 
 if TYPE_CHECKING:
     from graph.sim.app import App
     from graph.sim.renderer.products import RenderProduct
 
+
+REGISTRY["BasicWriter"] = WriterSpec(BasicWriter, channels=frozenset())
 
 LIBRARIES = ("nodes.ros2.writers",)
 """Modules above the sensors whose `WRITERS` are in the registry, too; imported at the first look-up."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from importlib import import_module
 from typing import Any
 
 from graph.base.suggest import did_you_mean
@@ -38,12 +37,6 @@ def _debug_draw(**options: Any) -> Writer:
     return PointCloudDrawing(**options)
 
 
-def _basic(**options: Any) -> Writer:
-    # By name: it reads annotators, which know the sensor types, which know this registry.
-    writer: Writer = import_module("sensors.writers.basic").BasicWriter(**options)
-    return writer
-
-
 DEBUG_DRAW = "RtxSensorDebugDrawPointCloud"
 REGISTRY: dict[str, WriterSpec] = {
     DEBUG_DRAW: WriterSpec(
@@ -56,6 +49,6 @@ REGISTRY |= {
     "RtxRadarDebugDrawPointCloud": WriterSpec(
         _debug_draw, {**REGISTRY[DEBUG_DRAW].defaults, "size": 0.2, "color": (1.0, 0.2, 0.3, 1.0)}
     ),
-    "BasicWriter": WriterSpec(_basic, channels=frozenset()),
 }
-"""The registry, by Replicator's names, including the older ones."""
+"""The registry, by Replicator's names, including the older ones; `sensors.writers.registry` adds those that read
+annotators, which know the sensor types, which know this table."""

@@ -1,10 +1,13 @@
 """A run in a Rerun viewer of its own process, which saves what it gets; and messages as archetypes."""
 
 import hashlib
+import json
 import os
 import signal
+import socket
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -15,6 +18,7 @@ from graph.recording.transports.rerun_archetypes import archetypes, points
 from graph.sim.messages.ros_fields import from_plain
 from graph.sim.messages.ros_types import deserialize
 from tests.support.live_rig import CLOUDS, POINTS, free_port, recorded, run_rig, write_rig
+from tests.support.programs import started
 
 rerun = pytest.importorskip("rerun", reason="pip install 'tickgraph[rerun]'")
 
@@ -113,3 +117,57 @@ def test_without_a_viewer_the_run_is_as_it_is_and_says_so(tmp_path):
     report = run_rig(write_rig(tmp_path), tmp_path / "out", "--live", f"rerun:{free_port()}")
     assert report["updates"] == 192
     assert "live-no-viewer" in {warning["code"] for warning in report["warnings"]}
+
+
+@pytest.fixture
+def silent():
+    """The port of a viewer that accepts connections and never reads: the system accepts them, no program does."""
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        listener.listen(8)
+        yield listener.getsockname()[1]
+
+
+def test_a_viewer_that_accepts_and_says_nothing_does_not_hold_the_process(tmp_path, silent):
+    report = run_rig(write_rig(tmp_path), tmp_path / "out", "--live", f"rerun:{silent}")
+    assert report["updates"] == 192
+    assert len(recorded(tmp_path / "out", "/points")) == 32
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGSTOP")
+def test_a_viewer_that_stops_at_the_end_does_not_hold_the_process(tmp_path):
+    """A real one, stopped as a debugger stops it once the first points have come; its last window stays full."""
+    out, saved, port = tmp_path / "out", tmp_path / "saved.rrd", free_port()
+    command = [str(Path(rerun.__file__).parents[1] / "rerun_cli" / "rerun"), "--port", str(port)]
+    options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "start_new_session": True}
+    with subprocess.Popen([*command, "--bind", "127.0.0.1", "--save", str(saved)], **options) as viewer:
+        try:
+            stopper = threading.Thread(target=lambda: (grown(saved, 1_000_000), os.killpg(viewer.pid, signal.SIGSTOP)))
+            stopper.start()
+            report = run_rig(write_rig(tmp_path), out, "--live", f"rerun:{port}")
+            stopper.join()
+        finally:
+            os.killpg(viewer.pid, signal.SIGKILL)
+    assert report["updates"] == 192
+    assert len(recorded(out, "/points")) == 32
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_signals_end_a_run_whose_viewer_says_nothing(tmp_path, silent, number):
+    out = tmp_path / "out"
+    options = ["--realtime", "--duration", "3600", "--out", str(out), "--live", f"rerun:{silent}"]
+    arguments = ("-m", "graph", "run", str(write_rig(tmp_path)), *options)
+    with started(*arguments, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
+        grown(out / "run.mcap", 5_000_000)
+        process.send_signal(number)
+        _, error = process.communicate(timeout=300)
+    assert process.returncode == 130, error
+    report = json.loads((out / "report.json").read_text())
+    assert len(recorded(out, "/points")) == report["topics"]["/points"]["messages"] > 0
+
+
+def grown(file, size):
+    """Waits until a file has this size [bytes]."""
+    end = time.monotonic() + 120
+    while not (file.exists() and file.stat().st_size > size) and time.monotonic() < end:
+        time.sleep(0.05)
