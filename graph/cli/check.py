@@ -85,6 +85,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--target", choices=TARGETS, help="also tell what would fail or differ in that product, though not here"
     )
+    parser.add_argument(
+        "--fix", action="store_true", help="with --target: apply the safe fixes to graph files, and say what changed"
+    )
     parser.add_argument("--skip-unknown", action="store_true", help="leave nodes of unknown types out, with a warning")
     parser.add_argument("--json", action="store_true", help="print the result as JSON and nothing else on stdout")
     add_set(parser)
@@ -95,8 +98,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command; returns 2 if any file is wrong."""
-    checked = [
-        check(
+    if args.fix and args.target is None:
+        raise UserError(f"--fix mends what a product needs; name it: --target {TARGETS[0]}")
+
+    def checked_once(file: str) -> Checked:
+        return check(
             file,
             allow=args.allow,
             skip_outside=args.skip_outside,
@@ -105,8 +111,10 @@ def run(args: argparse.Namespace) -> int:
             skip_unknown=args.skip_unknown,
             target=args.target,
         )
-        for file in args.files
-    ]
+
+    checked = [checked_once(file) for file in args.files]
+    if args.fix:
+        checked = [checked_once(one.file) if _fixed(one, args.target) else one for one in checked]
     if args.json:
         say_json({"files": [one.as_dict() for one in checked]})
     for one in checked:
@@ -118,6 +126,18 @@ def run(args: argparse.Namespace) -> int:
             counts = ", ".join(counted(number, word) for word, number in one.counts().items())
             say(f"{one.file}: ok, {counts}")
     return 2 if any(one.problems for one in checked) else 0
+
+
+def _fixed(one: Checked, target: str) -> bool:
+    """Applies the safe fixes to a file that is right otherwise; whether it changed."""
+    if one.problems or not one.findings or one.spec is None:
+        return False
+    from graph.portability.fixing import fix_file
+
+    lines = fix_file(Path(one.file), one.spec, one.findings, target)
+    for line in lines:
+        tell(f"{one.file}: {line}")
+    return bool(lines)
 
 
 @collector_paused()

@@ -85,7 +85,6 @@ _TABLE = (
         "a consumer of a quantity above the sensor's auxiliary level (NONE unless authored)",
         "the quantity stays empty, or the process crashes when a script reads it",
         "raise aux_output_level: BASIC for ids of emitter and tick, EXTRA of material and object, FULL for normals",
-        fixable=True,
     ),
     Rule(
         "aux-last-product-wins",
@@ -131,7 +130,6 @@ _TABLE = (
         "object ids in a published cloud without their map",
         "receivers cannot tell which prim an id stands for",
         "set enableObjectIdMap of the helper to true",
-        fixable=True,
     ),
     Rule(
         "output-buffer-on-gpu",
@@ -199,7 +197,6 @@ _TABLE = (
         "a node type by a name from before Isaac Sim 4.5 (omni.isaac.*, ROS 1)",
         "6.0 has no such type; the node does nothing",
         "write the present name",
-        fixable=True,
     ),
     Rule(
         "attribute-removed",

@@ -124,9 +124,15 @@ def _words_of_isaac(case: Case) -> Iterator[Found]:
 
 
 def _authored(case: Case, names: tuple[str, ...]) -> Iterator[Found]:
-    """The sensor prims that author attributes of these names."""
+    """The sensor prims that author attributes of these names; inline prims by their own words, not their config's."""
     for prim in case.prims(LIDAR, RADAR, CAMERA):
-        given = [name for name in names if prim.GetAttribute(name) and prim.GetAttribute(name).HasAuthoredValue()]
+        inline = case.spec.scene.prims.get(str(prim.GetPath()))
+        written = None if inline is None else inline.get("attributes") or {}
+        given = [
+            name
+            for name in names
+            if (name in written if written is not None else prim.GetAttribute(name).HasAuthoredValue())
+        ]
         if given:
             words = " and ".join(name.rpartition(":")[2] for name in given)
             yield f"{prim.GetPath()}.{given[0]}", f"it authors {words}"

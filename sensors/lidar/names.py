@@ -9,6 +9,8 @@ MODALITY = "LIDAR"
 CORE_API = "OmniSensorGenericLidarCoreAPI"
 PREFIX = "omni:sensor:Core:"
 STATE_PREFIX = "omni:sensor:Core:emitterState:"
+OVRTX = {"partialOutputs": ("accumulateOutputs", False), "includeInvalidPoints": ("skipDroppingInvalidPoints", True)}
+"""Words of ovrtx -> ours for the same, and whether true means true."""
 EXACT = {name: f"tickgraph:{name}" for name in ("scanRateBaseHz", "patternFiringRateHz", "pulseTimeNs")}
 """Whole numbers in the schema -> the attribute that holds the exact value if it is not whole."""
 

@@ -18,7 +18,7 @@ from sensors.prim import TICK_RATE, apply_schemas, value_of, write
 
 from .attributes import attribute_types, attributes_of, config_from_attributes, whole
 from .config import EMITTER_FLOATS, EMITTER_INTEGERS, EmitterState, LidarConfig
-from .names import CORE_API, EXACT, PREFIX, PRIM_TYPE, STATE_PREFIX, camel_case, snake_case
+from .names import CORE_API, EXACT, OVRTX, PREFIX, PRIM_TYPE, STATE_PREFIX, camel_case, snake_case
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -73,6 +73,7 @@ def read_config(prim: Usd.Prim) -> LidarConfig:
         with suppress(ValueError):  # not written by us: the number itself counts
             if isinstance(text, str) and whole(name, exact.rate(text)) == values.get(name):
                 values[name] = exact.rate(text)
+    values |= _ovrtx_words(prim, values)
     states = _read_states(prim)
     if not states:
         values.pop("numberOfEmitters", None)
@@ -82,6 +83,20 @@ def read_config(prim: Usd.Prim) -> LidarConfig:
         return config_from_attributes(values, states, name=str(prim.GetPath()), stored_as_float32=True)
     except (ValueError, TypeError) as error:
         raise UserError(f"{prim.GetPath()}: {error}") from error
+
+
+def _ovrtx_words(prim: Usd.Prim, values: dict[str, Any]) -> dict[str, Any]:
+    """Our values for the words of ovrtx that a prim authors. Raises UserError if ours differ."""
+    found: dict[str, Any] = {}
+    for word, (name, same) in OVRTX.items():
+        value = value_of(prim, PREFIX + word)
+        if value is None:
+            continue
+        found[name] = bool(value) == same
+        ours = prim.GetAttribute(PREFIX + name)
+        if ours.HasAuthoredValue() and bool(values.get(name)) != found[name]:
+            raise UserError(f"{prim.GetPath()}: {name} and {word} contradict each other; give one")
+    return found
 
 
 def attribute_kind(name: str) -> str | None:

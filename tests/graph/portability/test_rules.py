@@ -312,3 +312,27 @@ def test_the_other_product_has_other_words(tmp_path, capsys):
     file = written(tmp_path, **PLANTED["isaac-vocabulary"][0])
     assert {one["code"] for one in warnings_of(capsys, file, "--target", OVRTX)[0]} == {"isaac-vocabulary"}
     assert warnings_of(capsys, file, "--target", ISAAC)[0] == []
+
+
+@pytest.mark.parametrize(
+    ("word", "value", "name", "meant"),
+    [
+        ("partialOutputs", True, "accumulate_outputs", False),
+        ("partialOutputs", False, "accumulate_outputs", True),
+        ("includeInvalidPoints", True, "skip_dropping_invalid_points", True),
+    ],
+)
+def test_the_words_of_ovrtx_are_read(tmp_path, word, value, name, meant):
+    from graph.sim import App
+    from sensors.lidar.prim import read_config
+
+    prims = {"/World/L": {"type": "OmniLidar", "attributes": {f"{CORE}{word}": value}}}
+    with App.from_file(written(tmp_path, prims=prims)) as app:
+        assert getattr(read_config(app.stage.GetPrimAtPath("/World/L")), name) is meant
+
+
+def test_words_that_contradict_each_other_are_refused(tmp_path, capsys):
+    attributes = {f"{CORE}partialOutputs": True, f"{CORE}accumulateOutputs": True}
+    file = written(tmp_path, prims={"/World/L": {"type": "OmniLidar", "attributes": attributes}})
+    assert main(["check", str(file)]) == 2
+    assert "accumulateOutputs and partialOutputs contradict each other; give one" in capsys.readouterr().err
