@@ -1,5 +1,6 @@
 # make run    set up what is missing, then run the main example into out/yard
 # make test   set up what is missing, then run every test, on all cores
+# make fast   the tests of the engine alone;  make test-of FILE=graph/plan/types.py   the tests of one file
 # make lint   ruff and mypy;  make bench   the measurements;  make clean   forget .venv and out
 # make pictures  play the graphs whose pictures README shows, and draw them (some minutes)
 # make peers  install what the measurements compare with;  make wheel  build it, with the compiled loops
@@ -12,9 +13,11 @@ PINS := .ci/constraints.txt
 COMPILE := @echo "compiling its Python files" && $(BIN)/python -m compileall -q graph nodes sensors
 # More options for pytest: make test PYTEST="-k lidar --cov"
 PYTEST :=
+FAST := $(addprefix tests/graph/,base values node spec plan evaluate) tests/nodes/action
+FILE :=
 SOURCES := graph nodes sensors tests graphs .github/pictures
 
-.PHONY: run test lint bench pictures peers wheel clean system-libraries
+.PHONY: run test fast test-of lint bench pictures peers wheel clean system-libraries
 .DELETE_ON_ERROR:
 
 run: system-libraries $(VENV)/run.stamp
@@ -22,6 +25,12 @@ run: system-libraries $(VENV)/run.stamp
 
 test: system-libraries $(VENV)/dev.stamp
 	$(BIN)/python -m pytest --numprocesses auto $(PYTEST)
+
+fast: $(VENV)/dev.stamp
+	$(BIN)/python -m pytest --numprocesses auto $(FAST) $(PYTEST)
+
+test-of: $(VENV)/dev.stamp
+	$(BIN)/python -m tests.support.covering $(FILE) -- $(PYTEST)
 
 lint: $(VENV)/dev.stamp
 	$(BIN)/ruff check $(SOURCES)

@@ -4,7 +4,6 @@ import re
 
 import pytest
 
-from nodes import TYPES
 from tests.support.manual import cells_of
 from tests.support.places import ROOT
 
@@ -22,10 +21,6 @@ def listed(page):
 @pytest.mark.parametrize("package", ["graph", "graph/sim", "nodes", "tests"])
 def test_the_page_of_a_package_has_a_line_for_each_of_its_rooms(package):
     assert folders(package) <= listed(f"{package}/README.md")
-
-
-def test_the_page_of_the_nodes_counts_them():
-    assert f"{sum(map(len, TYPES.values()))} node types" in (ROOT / "nodes/README.md").read_text(encoding="utf8")
 
 
 def test_the_files_that_the_contributing_page_names_are_there():
