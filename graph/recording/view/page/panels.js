@@ -114,6 +114,7 @@ function drawPictures(pictures) {
 function drawPaths(paths) {
   const [section] = panel("Where the frames went", `from above, in ${paths[0].root}`);
   const node = element("div", section, { className: "plot" });
+  node.style.height = `${300 + (narrow() ? 20 : 10) * Math.max(0, paths.length - 6)}px`; // for the rows of names below
   draws(node, (time) => {
     const lines = paths.map((path, number) => ({ name: plain(path.name), mode: "lines", line: { color: sensors[number % sensors.length] },
       x: path.places.map((one) => one[0]), y: path.places.map((one) => one[1]) }));
