@@ -385,6 +385,16 @@ TYPES: Mapping[str, tuple[str, ...]] = {
         "isaacsim.sensors.physx.IsaacReadLidarPointCloud",
     ),
     "physx.light_beam": ("isaacsim.sensors.physx.IsaacReadLightBeam",),
+    "physx_graph.events": ("omni.physx.graph.OnContactEventBasic", "omni.physx.graph.OnTriggerCollider"),
+    "physx_graph.queries": (
+        "omni.physx.graph.SceneQueryOverlapBoxAll",
+        "omni.physx.graph.SceneQueryOverlapBoxAny",
+        "omni.physx.graph.SceneQueryOverlapSphereAll",
+        "omni.physx.graph.SceneQueryOverlapSphereAny",
+        "omni.physx.graph.SceneQueryRaycastAll",
+        "omni.physx.graph.SceneQueryRaycastAny",
+        "omni.physx.graph.SceneQueryRaycastClosest",
+    ),
     "replicator.indices": (
         "isaacsim.replicator.domain_randomization.OgnCountIndices",
         "isaacsim.replicator.domain_randomization.OgnIntervalFiltering",

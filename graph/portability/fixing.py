@@ -119,7 +119,7 @@ def _scan_rate(written: Any) -> Any:
 def changed_text(text: str, key: Key, value: Any) -> str:
     """The text of a file with one key set or removed; missing mappings on the way are added.
 
-    Unchanged if a value on the way is no mapping (the short form of a node), or if the key to remove is missing.
+    Unchanged if a value on the way is not a mapping (the short form of a node), or if the key to remove is missing.
     """
     from ruamel.yaml import YAML
     from ruamel.yaml.nodes import MappingNode

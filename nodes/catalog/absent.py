@@ -16,7 +16,10 @@ _SELECTION = "nobody selects prims here; name them"
 _LIDAR = "use OgnIsaacExtractRTXSensorPointCloud, or ROS2RtxLidarHelper, which publishes"
 _RADAR = "use OgnIsaacExtractRTXSensorPointCloud, or ROS2RtxRadarHelper, which publishes"
 _PRINT = "use graph inspect, which prints a frame of a sensor"
-_TRIGGER = "trigger volumes are not modelled here; use IsaacReadContactSensor, or ProximitySensor of sensors.physx"
+_IMMEDIATE = "colliders are asked where physics has them; use the SceneQuery nodes of omni.physx.graph"
+_PRIM = "use SceneQueryOverlapBoxAll or SceneQueryOverlapSphereAll of the prim's size"
+_SWEEP = "spheres are not swept here; use SceneQueryRaycastAll, or SceneQueryOverlapSphereAll at points of the way"
+_VEHICLE = "vehicles of PhysX are not modelled here; build them of bodies and joints"
 
 ABSENT = {
     "isaacsim.streaming.rtsp.RTSPCameraHelper": _VIDEO,
@@ -35,7 +38,21 @@ ABSENT = {
     "isaacsim.util.debug_draw.DebugDrawPointCloud": "use graph view, or showDebugView of ROS2RtxLidarHelper",
     "omni.isaac.ros_bridge.ROS1Master": "ROS 2 has no master; leave the node out",
     "omni.isaac.ros_bridge.ROS1ServiceTeleport": "use ROS2ServicePrim, which sets attributes of prims",
-    "omni.physx.graph.OnTriggerCollider": _TRIGGER,
+    "omni.physx.graph.GenerateContacts": _IMMEDIATE,
+    "omni.physx.graph.ImmediateComputeBoundsOverlaps": _IMMEDIATE,
+    "omni.physx.graph.ImmediateComputeGeometryBounds": _IMMEDIATE,
+    "omni.physx.graph.ImmediateComputeGeometryOverlaps": _IMMEDIATE,
+    "omni.physx.graph.ImmediateComputeGeometryPenetration": _IMMEDIATE,
+    "omni.physx.graph.ImmediateComputeMeshIntersectingFaces": _IMMEDIATE,
+    "omni.physx.graph.ImmediateGenerateGeometryContacts": _IMMEDIATE,
+    "omni.physx.graph.OnContactEventAdvanced": "use OnContactEventBasic, and IsaacReadContactSensor for forces",
+    "omni.physx.graph.SceneQueryOverlapPrimAll": _PRIM,
+    "omni.physx.graph.SceneQueryOverlapPrimAny": _PRIM,
+    "omni.physx.graph.SceneQuerySweepSphereAll": _SWEEP,
+    "omni.physx.graph.SceneQuerySweepSphereAny": _SWEEP,
+    "omni.physx.graph.SceneQuerySweepSphereClosest": _SWEEP,
+    "omni.physx.graph.VehicleGetDriveState": _VEHICLE,
+    "omni.physx.graph.VehicleGetWheelState": _VEHICLE,
     "isaacsim.replicator.domain_randomization.OgnOnRLFrame": _RL,
     "isaacsim.replicator.domain_randomization.OgnWritePhysicsArticulationView": _RL,
     "isaacsim.replicator.domain_randomization.OgnWritePhysicsRigidPrimView": _RL,

@@ -72,6 +72,17 @@ class Contacts:
         return self.forces * self.dt
 
 
+@dataclass(frozen=True, slots=True)
+class RayHit:
+    """Where a ray meets a collider first: paths of it and its body (empty: static), distance [m], place [m], normal."""
+
+    collider: str
+    body: str
+    distance: float
+    position: Floats
+    normal: Floats
+
+
 class SurfaceGripper(Protocol):
     """Points of a body that hold what is in front of them."""
 
@@ -255,6 +266,17 @@ class PhysicsEngine(Protocol):
         touches it is outside.
         """
         raise RunError(f"the physics engine {self.name} does not find what is in a box")
+
+    def overlapping_sphere(self, center: Floats, radius: float) -> list[tuple[str, str]]:
+        """The same for a sphere [m]."""
+        raise RunError(f"the physics engine {self.name} does not find what is in a sphere")
+
+    def ray_hits(self, origin: Floats, direction: Floats, most: float) -> list[RayHit]:
+        """The first hit on each rigid collider within a distance [m], the nearest first.
+
+        direction: of length 1. Inside a collider it is hit at distance 0, with the normal against the ray.
+        """
+        raise RunError(f"the physics engine {self.name} casts no rays")
 
     def gripper(self, path: str) -> SurfaceGripper:
         """The surface gripper at a path. Raises RunError if the path has no gripper."""

@@ -21,12 +21,13 @@ _MEMORY = 1 << 20
 
 
 class BoxQueries:
-    """Finds what overlaps a box, with MuJoCo's own distance between two convex shapes.
+    """Finds what overlaps a box or a sphere, with MuJoCo's own distance between two convex shapes.
 
     Triggers, geoms that collide with nothing, height fields and deformables are left out.
     """
 
-    def __init__(self, engine: MujocoEngine) -> None:
+    def __init__(self, engine: MujocoEngine, shape: Any = mujoco.mjtGeom.mjGEOM_BOX) -> None:
+        self._shape = shape
         model = engine.model
         collides = (model.geom_contype | model.geom_conaffinity).astype(bool)
         known = np.isin(model.geom_type, [int(kind) for kind in GEOMS.values()])
@@ -55,7 +56,7 @@ class BoxQueries:
     def _overlaps(self, geom: int, place: Floats, turn: Floats, half: Floats) -> bool:
         """Whether a geom at this place, in the axes of the box, overlaps a box about the origin."""
         if geom not in self._pairs:
-            self._pairs[geom] = _beside_a_box(self._engine.model, geom)
+            self._pairs[geom] = _beside_a(self._shape, self._engine.model, geom)
         model, data = self._pairs[geom]
         model.geom_size[0], model.geom_rbound[0] = half, np.linalg.norm(half)
         data.mocap_pos[0], data.mocap_quat[0] = place, transforms.quaternion(turn)
@@ -63,11 +64,11 @@ class BoxQueries:
         return bool(mujoco.mj_geomDistance(model, data, 0, 1, 1e-6, None) < 0)
 
 
-def _beside_a_box(model: Any, geom: int) -> tuple[Any, Any]:
-    """A model of a box, geom 0, and a copy of a geom on a body that is placed by hand; and its data."""
+def _beside_a(shape: Any, model: Any, geom: int) -> tuple[Any, Any]:
+    """A model of a box or sphere, geom 0, and a copy of a geom on a body that is placed by hand; and its data."""
     spec = mujoco.MjSpec()
     spec.memory = _MEMORY
-    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[1, 1, 1])
+    spec.worldbody.add_geom(type=shape, size=[1, 1, 1])
     copy = spec.worldbody.add_body(mocap=True).add_geom(type=int(model.geom_type[geom]))
     if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
         mesh = model.geom_dataid[geom]

@@ -33,6 +33,7 @@ from .library import mujoco
 from .memory import state_of
 from .monitor import Monitor
 from .motors import Motors
+from .ray_queries import ray_hits
 from .restitution import Bounces
 from .snapshot import Motion, MujocoSnapshot
 from .speed_limits import SpeedLimits
@@ -82,6 +83,7 @@ class MujocoEngine(PhysicsEngine):
         self._surfaces: Surfaces | None = None
         self._joints: Joints | None = None
         self._boxes: BoxQueries | None = None
+        self._balls: BoxQueries | None = None
         self._colliders: list[tuple[str, str]] | None = None
         self._stale = False
         self.taken = 0
@@ -389,6 +391,18 @@ class MujocoEngine(PhysicsEngine):
         if self._boxes is None:
             self._boxes = BoxQueries(self)
         return self._boxes.overlapping(pose, half)
+
+    def overlapping_sphere(self, center: Floats, radius: float) -> list[tuple[str, str]]:
+        """Paths of the colliders in a sphere and of their bodies, see `PhysicsEngine`."""
+        if self._balls is None:
+            self._balls = BoxQueries(self, mujoco.mjtGeom.mjGEOM_SPHERE)
+        pose = np.eye(4)
+        pose[:3, 3] = center
+        return self._balls.overlapping(pose, np.full(3, radius))
+
+    def ray_hits(self, origin: Floats, direction: Floats, most: float) -> list[protocol.RayHit]:
+        """The colliders that a ray hits, see `PhysicsEngine`."""
+        return ray_hits(self, origin, direction, most)
 
     def gripper(self, path: str) -> WeldGripper:
         """The surface gripper at a path. Raises RunError if the path has no gripper."""
