@@ -26,6 +26,16 @@ if TYPE_CHECKING:
     from .report import Report
 
 EXIT_INTERRUPTED = 130
+OF_A_PLAY = (
+    "physics_steps",
+    "simulation_time",
+    "timeline_time",
+    "external_time",
+    "real_time_factor",
+    "sensors",
+    "silent",
+)
+"""What a report says of the last play, if the script has stopped it."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -115,6 +125,7 @@ class _Reporting:
 
     def __init__(self, args: argparse.Namespace, script: Script, held: ExitStack) -> None:
         self.report: Report | None = None
+        self._last: Report | None = None
         self._args, self._script, self._held = args, script, held
         self._output: Any = None
         self._failures: list[RunError] = []
@@ -158,6 +169,7 @@ class _Reporting:
         self._counter, self._frames = CountingSink(), FrameSink()
         app.bus.subscribe(self._counter)
         app.bus.subscribe(self._frames)
+        app.on("stopping", lambda: self._keep(app))
         self._live = []
         for target in read_targets(self._args.live):
             sink = connect(app, target)
@@ -169,13 +181,23 @@ class _Reporting:
             self._output = self._files(app, out)
             app.bus.subscribe(self._output.sink)
 
+    def _keep(self, app: App) -> None:
+        """Keeps what the sensors did in the play that ends now: many scripts stop before they close."""
+        if app.external_time > 0:
+            self._last = self._built(app)
+
+    def _built(self, app: App) -> Report:
+        from .report import build_report
+
+        wall = time.perf_counter() - self._started
+        return build_report(app, self.runner, self._counter, wall, self._live)
+
     def closing(self, app: App) -> None:
         """The App is about to be closed: makes the report."""
         from graph.session.missed_ticks import missed_in_run
 
         from .explain_topics import shared_topics
         from .idle_parts import idle_in_run
-        from .report import build_report
         from .silent_outputs import warn_of_blind_sensors
 
         try:
@@ -194,8 +216,9 @@ class _Reporting:
             *shared_topics(app.bus),
         ):
             app.warn(*warning)
-        wall = time.perf_counter() - self._started
-        self.report = build_report(app, self.runner, self._counter, wall, self._live)
+        self.report = self._built(app)
+        if self._last is not None and app.timeline.is_stopped():
+            self.report |= {key: self._last[key] for key in OF_A_PLAY}
 
     def stuck(self, code: int) -> None:
         """Ends the process of a script that catches its end again and again."""

@@ -41,10 +41,6 @@ def local_path(address: str) -> str | None:
 
 def missing(address: str, wanted_by: str) -> None:
     """Says that an asset is not here, and what makes it available."""
-    text = str(address)
-    if "://" in text:
-        prefix = text.split("/Isaac/")[0] if "/Isaac/" in text else text.rpartition("/")[0]
-        what = f"{text} is not downloaded; give its folder with --asset-root {prefix}=DIR"
-    else:
-        what = f"{text} does not exist"
-    warn("asset-missing", wanted_by, f"{what}. {wanted_by} stays empty")
+    from graph.sim.scene.assets import not_here
+
+    warn("asset-missing", wanted_by, f"{not_here(str(address))}; {wanted_by} stays empty")

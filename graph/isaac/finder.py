@@ -17,7 +17,7 @@ from typing import Any
 
 from graph.base.suggest import did_you_mean
 
-from .names import Names, names_of
+from .names import Names, home_of, names_of, public_names
 
 KIT = ("carb", "isaacsim", "omni", "usdrt")
 """Top-level packages that exist only in Kit."""
@@ -38,9 +38,9 @@ class IsaacModule(ModuleType):
         if name.startswith("__"):
             raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
         for home in names.homes:
-            module = import_module(f"graph.isaac.modules.{home}")
-            if name in module.__all__:
-                return getattr(module, name)
+            place = home_of(home)
+            if name in public_names(place):
+                return getattr(place, name)
         if (row := names.row(name)) is not None:
             from .outcomes import outcome
 

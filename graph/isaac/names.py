@@ -1,6 +1,7 @@
 """The table `names.txt`: which modules and names of Isaac Sim exist here, and what becomes of each.
 
     omni.timeline = timeline               the module has the names of graph/isaac/modules/timeline.py
+    usdrt.Sdf = usdrt:Sdf                  those of an object in that file
     omni.isaac.kit > isaacsim              an old name of another module
     omni.ui                                a module without code of its own
       B Window class                       exists and does nothing; the value that it gives
@@ -13,7 +14,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cache
-from importlib import resources
+from importlib import import_module, resources
+from typing import Any
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,9 +44,7 @@ class Names:
 
     def public(self) -> list[str]:
         """All names, sorted."""
-        from importlib import import_module
-
-        homes = [import_module(f"graph.isaac.modules.{home}").__all__ for home in self.homes]
+        homes = [public_names(home_of(home)) for home in self.homes]
         return sorted({name for home in homes for name in home} | (self.rows.keys() - {"*"}))
 
 
@@ -82,6 +82,18 @@ def table() -> dict[str, Names]:
             name = parent
     found.pop("pxr", None)
     return found
+
+
+def home_of(home: str) -> Any:
+    """The module in graph/isaac/modules, or the object in it, that a table's line names: `file` or `file:object`."""
+    file, _, name = home.partition(":")
+    module = import_module(f"graph.isaac.modules.{file}")
+    return getattr(module, name) if name else module
+
+
+def public_names(place: Any) -> list[str]:
+    """The names that scripts may import from it."""
+    return getattr(place, "__all__", None) or [name for name in dir(place) if not name.startswith("_")]
 
 
 _NONE = Names()

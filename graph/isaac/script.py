@@ -11,6 +11,7 @@ import sys
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from itertools import count
 from pathlib import Path
 from types import ModuleType, TracebackType
 from typing import Any
@@ -123,13 +124,12 @@ class Script:
             return
         kit = kit_of(run.app)
         kit.turn()
-        for _ in range(AFTER if run.updates is None else min(AFTER, max(0, run.updates - run.app.update_index))):
-            if not kit.pending() and not (run.from_editor and run.updates is not None):
+        playing = run.app.timeline.is_playing
+        for done in count():
+            goes_on = run.from_editor and run.updates is not None and playing()
+            if run.over() or not (goes_on or (done < AFTER and kit.pending())):
                 break
             kit.update()
-        if run.from_editor and run.updates is not None:
-            while not run.over():
-                kit.update()
         for task in asyncio.all_tasks(kit.loop) if not kit.loop.is_closed() else ():
             if task.done() and not task.cancelled() and (error := task.exception()) is not None:
                 raise error

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from graph.sim import App
 
     from .kit import Kit
+    from .mirror import Mirror
 
 GRACE = 5
 """Updates that a script may still make after the limit, to end its loop by itself."""
@@ -55,6 +56,8 @@ class Run:
         self.stuck, self.rclpy = stuck, rclpy
         self._ends = 0
         self.app: App | None = None
+        self.mirror: Mirror | None = None
+        """The prims of the App's graphs."""
         self.code: int | None = None
         """The exit code once the script asked for its end."""
         self.ended = False
@@ -70,6 +73,9 @@ class Run:
         from .kit import kit_of
 
         kit_of(self.app)
+        from .mirror import Mirror
+
+        self.mirror = Mirror(self.app)
         self.opened(self.app)
         return self.app
 
@@ -153,6 +159,14 @@ def kit() -> Kit:
     from .kit import kit_of
 
     return kit_of(app())
+
+
+def mirror() -> Mirror | None:
+    """The prims of the graphs of the script's App; None outside a script."""
+    run = RUN.get()
+    if run is None or run.app is None or run.ended:
+        return None
+    return run.mirror
 
 
 def warn(code: str, where: str, message: str) -> None:

@@ -21,6 +21,7 @@ EVENTS = (
     "play",
     "pause",
     "resume",
+    "stopping",
     "stop",
     "sensors_edited",
     "stage_closing",
@@ -29,6 +30,7 @@ EVENTS = (
     "close",
 )
 """`sensors_edited`: sensor prims were written, removed or put back while playing; it comes in the next update.
+`stopping`: a stop is about to set every count to 0.
 `stage_closing`, `stage_opened`: another stage takes the place of the present one (`App.take_stage`)."""
 
 

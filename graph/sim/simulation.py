@@ -134,6 +134,7 @@ class Simulation(TimeQueries, Suggesting):
     def follow(self, change: Change) -> None:
         """Applies a change of the timeline's state to the world: builds or frees it, calls subscribers."""
         if change == "stop":
+            self._phases["stopping"]()
             self.free()
         elif change == "play" and not self.built:
             self.build()

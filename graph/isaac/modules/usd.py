@@ -11,6 +11,7 @@ from graph.isaac.assets import local_path, missing
 from graph.isaac.events import EventStream
 from graph.isaac.outcomes import tell_inert
 from graph.isaac.session import app, app_or_none, kit
+from graph.sim.scene.assets import stand_in
 from graph.sim.usd import Gf, Sdf, Usd, UsdGeom
 
 __all__ = [
@@ -210,10 +211,16 @@ def _take(url: str | None, on_finish: Any = None) -> bool:
             present.take_stage(None)
         else:
             file = local_path(url)
-            if file is None:
+            if file is None and (found := stand_in(url)) is not None:
+                code, message = found.note()
+                present.take_stage(None)
+                present.stage.GetRootLayer().TransferContent(found.layer)
+                present.warn(code, "the stage", f"{url}: {message}")
+            elif file is None:
                 missing(url, "the stage")
                 return _told(on_finish, False)
-            open_scene(present, file)
+            else:
+                open_scene(present, file)
     except UserError as error:
         present.warn("stage-not-opened", url or "new stage", str(error))
         return _told(on_finish, False)

@@ -12,6 +12,7 @@ from graph.evaluate.omnigraph_names import AttributeOf
 from graph.evaluate.omnigraph_names import Variable as OurVariable
 from graph.isaac.events import EventStream
 from graph.isaac.og import Compound, Controller, OmniGraphError
+from graph.isaac.session import mirror
 from graph.values.types import TYPES, Extended
 
 from .enums import (
@@ -124,11 +125,15 @@ class Graph(Handle):
 
     def create_node(self, path: str, node_type: Any, use_usd: bool = True) -> Node:
         full = path if str(path).startswith("/") else f"{self.path}/{path}"
-        return Node(self._graphs, self._edit.create_node(full, getattr(node_type, "id", node_type)).path)
+        made = Node(self._graphs, self._edit.create_node(full, getattr(node_type, "id", node_type)).path)
+        follow(self.path)
+        return made
 
     def destroy_node(self, node_path: str, update_usd: bool = True) -> bool:
         full = node_path if str(node_path).startswith("/") else f"{self.path}/{node_path}"
-        return self._edit.delete_node(full, ignore_if_missing=True)
+        done = self._edit.delete_node(full, ignore_if_missing=True)
+        follow(self.path)
+        return done
 
     def rename_node(self, path: str, new_path: str) -> bool:
         from .editing import rename_node
@@ -355,6 +360,9 @@ class Attribute(Handle):
         from .editing import set_value
 
         set_value(self, value)
+        if not self.full_name.startswith("outputs:") and (prims := mirror()) is not None:
+            ours = self.ours
+            prims.set(ours.node, ours.full_name)
         return True
 
     def set_default(self, value: Any, on_gpu: bool = False) -> bool:
@@ -425,10 +433,12 @@ class Attribute(Handle):
 
     def connect(self, path: Any, modify_usd: bool = True) -> bool:
         self._edit.connect(self.path, getattr(path, "path", path))
+        follow(self._node.ours.graph.path)
         return True
 
     def disconnect(self, attribute: Any, modify_usd: bool = True) -> bool:
         self._edit.disconnect(self.path, getattr(attribute, "path", attribute))
+        follow(self._node.ours.graph.path)
         return True
 
     def get_upstream_connections(self) -> list[Attribute]:
@@ -664,6 +674,12 @@ def node_or_none(graphs: GraphSet, path: str) -> Node | None:
     """The node with that path, or None."""
     found = Node(graphs, str(path))
     return found if found.is_valid() else None
+
+
+def follow(path: str) -> None:
+    """A graph has been edited: its prims follow."""
+    if (prims := mirror()) is not None:
+        prims.write(path)
 
 
 def tell_changed(attribute: Attribute) -> None:

@@ -131,7 +131,7 @@ class AttributeType:
 
     @staticmethod
     def sdf_type_name_from_type(type: Type) -> str | None:
-        """The Sdf type of a type; None if there is none."""
+        """The Sdf type of a type, or None."""
         from graph.usd_files.values import sdf_name
 
         found = TYPES.get(type.get_ogn_type_name())

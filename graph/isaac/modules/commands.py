@@ -1,0 +1,286 @@
+"""`omni.kit.commands`: the commands that scripts execute by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from graph.base.suggest import did_you_mean
+from graph.isaac.session import app, warn
+from graph.sim.usd import UsdGeom
+
+from .stage import move_prim, refer
+from .xforms import put
+
+__all__ = ["Command", "create", "execute", "execute_argv", "get_command_class", "register", "unregister"]
+_OWN: dict[str, Any] = {}
+
+
+class Command:
+    def do(self) -> Any:
+        return None
+
+    def undo(self) -> None:
+        return None
+
+    def redo(self) -> None:
+        self.do()
+
+
+def register(command_class: Any) -> None:
+    _OWN[command_class.__name__] = command_class
+
+
+def unregister(command_class: Any) -> None:
+    _OWN.pop(command_class.__name__, None)
+
+
+def get_command_class(name: str) -> Any:
+    return _OWN.get(name) or _OWN.get(f"{name}Command")
+
+
+def create(name: str, **kwargs: Any) -> Any:
+    found = get_command_class(name)
+    return None if found is None else found(**kwargs)
+
+
+def execute(name: str, **kwargs: Any) -> tuple[bool, Any]:
+    own = get_command_class(name)
+    if own is not None:
+        return True, own(**kwargs).do()
+    short = name.removesuffix("Command")
+    found = _COMMANDS.get(short)
+    if found is None:
+        warn("command-unknown", name, f"there is no such command here{did_you_mean(short, _COMMANDS)}; it does nothing")
+        return False, None
+    return True, found(**kwargs)
+
+
+def execute_argv(name: str, argv: list[Any]) -> tuple[bool, Any]:
+    return execute(name)
+
+
+def _prim(path: Any) -> Any:
+    return app().stage.GetPrimAtPath(str(path))
+
+
+def _quaternion(value: Any) -> Any:
+    return None if value is None else (value.GetReal(), *value.GetImaginary()) if hasattr(value, "GetReal") else value
+
+
+def _sensor_path(path: str, parent: Any) -> str:
+    text = str(path)
+    return f"{str(parent).rstrip('/')}/{text.lstrip('/')}" if parent else text if text.startswith("/") else f"/{text}"
+
+
+def _free(path: str) -> str:
+    from .usd import get_stage_next_free_path
+
+    return get_stage_next_free_path(app().stage, path, False)
+
+
+def _rtx(kind: str, default: str) -> Callable[..., Any]:
+    def made(
+        path: str = default,
+        parent: Any = None,
+        config: str | None = None,
+        translation: Any = None,
+        orientation: Any = None,
+        variant: str | None = None,
+        usd_path: str | None = None,
+        visibility: bool = False,
+        force_camera_prim: bool = False,
+        attributes: Any = None,
+        **rest: Any,
+    ) -> Any:
+        from . import sensors_rtx
+
+        place = None if translation is None else np.asarray(translation, float)
+        attributes = {**(attributes or {}), **{key: value for key, value in rest.items() if ":" in key}}
+        options: dict[str, Any] = {"translations": place, "orientations": _quaternion(orientation)}
+        if attributes:
+            options["attributes"] = attributes
+        full = _free(_sensor_path(path, parent))
+        type_ = getattr(sensors_rtx, kind)
+        if config is None and usd_path is None:
+            return type_(full, **options).prim
+        return type_.create(full, config=config, usd_path=usd_path, variant=variant, **options).prim
+
+    return made
+
+
+def _physics_sensor(kind: str, default: str) -> Callable[..., Any]:
+    def made(
+        path: str = default, parent: Any = None, translation: Any = None, orientation: Any = None, **rest: Any
+    ) -> Any:
+        from . import physics_sensors
+
+        full = _free(_sensor_path(path, parent))
+        known = {key: rest[key] for key in rest if key.endswith(("_filter_size", "threshold", "radius"))}
+        words = {
+            key.replace("_filter_size", "_filter_width"): value for key, value in known.items() if value is not None
+        }
+        type_ = getattr(physics_sensors, kind)
+        one = type_(full, **words)
+        put(
+            one.prims[0],
+            translation=(0, 0, 0) if translation is None else list(translation),
+            orientation=_quaternion(orientation),
+        )
+        return one.prims[0]
+
+    return made
+
+
+def _define(kind: str) -> Callable[..., Any]:
+    def made(path: Any = None, prim_path: Any = None, **_: Any) -> Any:
+        return app().stage.DefinePrim(str(path or prim_path), kind)
+
+    return made
+
+
+def _delete(paths: Any, destructive: bool = False, **_: Any) -> None:
+    for path in paths if isinstance(paths, (list, tuple)) else [paths]:
+        app().stage.RemovePrim(str(path))
+
+
+def _create_prim(
+    prim_type: str = "Xform", prim_path: Any = None, attributes: Any = None, select_new_prim: bool = True, **_: Any
+) -> Any:
+    prim = app().stage.DefinePrim(str(prim_path or _free(f"/{prim_type}")), prim_type)
+    for name, value in (attributes or {}).items():
+        prim.GetAttribute(name).Set(value)
+    return prim
+
+
+def _mesh(prim_type: str = "Cube", prim_path: Any = None, **_: Any) -> Any:
+    from .objects import Mesh
+
+    path = str(prim_path or _free(f"/{prim_type}"))
+    Mesh(path, primitives=prim_type)
+    return path
+
+
+def _reference(
+    path_to: Any = None, asset_path: str = "", prim_path: Any = None, usd_context: Any = None, **_: Any
+) -> Any:
+    prim = app().stage.GetPrimAtPath(str(path_to)) or app().stage.DefinePrim(str(path_to), "Xform")
+    refer(prim, asset_path)
+    return prim
+
+
+def _change(prop_path: Any, value: Any, prev: Any = None, type_to_create_if_not_exist: Any = None, **rest: Any) -> None:
+    owner, _, name = str(prop_path).rpartition(".")
+    prim = _prim(owner)
+    found = prim.GetAttribute(name)
+    if not found and type_to_create_if_not_exist is not None:
+        found = prim.CreateAttribute(name, type_to_create_if_not_exist)
+    if found:
+        found.Set(value)
+    elif prim and (relationship := prim.GetRelationship(name)):
+        relationship.SetTargets(value)
+
+
+def _transform(path: Any, new_transform_matrix: Any = None, **_: Any) -> None:
+    from graph.sim.transforms import from_usd, quaternion, rigid_part
+
+    matrix = from_usd(new_transform_matrix)
+    rigid = rigid_part(matrix)
+    scale = np.linalg.norm(matrix[:3, :3], axis=0)
+    put(_prim(path), translation=rigid[:3, 3], orientation=quaternion(rigid[:3, :3]), scale=scale)
+
+
+def _transform_srt(
+    path: Any, new_translation: Any = None, new_rotation_euler: Any = None, new_scale: Any = None, **_: Any
+) -> None:
+    from .transforms import euler_angles_to_quat
+
+    turn = None if new_rotation_euler is None else euler_angles_to_quat(list(new_rotation_euler), degrees=True)
+    where = None if new_translation is None else list(new_translation)
+    put(_prim(path), translation=where, orientation=turn, scale=None if new_scale is None else list(new_scale))
+
+
+def _component(usd_prim: Any = None, component: str = "", **_: Any) -> None:
+    from graph.sim.scene.prim_attributes import apply_schema
+
+    apply_schema(usd_prim, component)
+
+
+def _rigid_body(path: Any, approximationShape: str = "convexHull", kinematic: bool = False, **_: Any) -> None:
+    from graph.sim.usd import UsdPhysics
+
+    prim = _prim(path)
+    UsdPhysics.RigidBodyAPI.Apply(prim).CreateKinematicEnabledAttr().Set(bool(kinematic))
+    UsdPhysics.CollisionAPI.Apply(prim)
+    if prim.IsA(UsdGeom.Mesh) and approximationShape:
+        UsdPhysics.MeshCollisionAPI.Apply(prim).CreateApproximationAttr().Set(approximationShape)
+
+
+def _bind(prim_path: Any, material_path: Any, **_: Any) -> None:
+    from graph.sim.usd import UsdShade
+
+    for path in prim_path if isinstance(prim_path, (list, tuple)) else [prim_path]:
+        UsdShade.MaterialBindingAPI.Apply(_prim(path)).Bind(UsdShade.Material(_prim(material_path)))
+
+
+def _api_schema(prim: Any, api: Any, api_prefix: str = "", multiple_api_token: str = "") -> None:
+    api.Apply(prim, multiple_api_token) if multiple_api_token else api.Apply(prim)
+
+
+def _plane(
+    stage: Any = None,
+    planePath: str = "/groundPlane",
+    axis: str = "Z",
+    size: float = 100.0,
+    position: Any = None,
+    color: Any = None,
+    **_: Any,
+) -> str:
+    from .objects import GroundPlane
+
+    GroundPlane(planePath, sizes=2 * float(size), positions=None if position is None else list(position))
+    return planePath
+
+
+def _copy(path_from: Any, path_to: Any = None, **_: Any) -> str:
+    from .usd import duplicate_prim
+
+    to = str(path_to or _free(str(path_from)))
+    duplicate_prim(app().stage, path_from, to)
+    return to
+
+
+def _nothing(**_: Any) -> None:
+    return None
+
+
+_COMMANDS: dict[str, Callable[..., Any]] = {
+    "IsaacSensorCreateRtxLidar": _rtx("Lidar", "/RtxLidar"),
+    "IsaacSensorCreateRtxRadar": _rtx("Radar", "/RtxRadar"),
+    "IsaacSensorCreateRtxUltrasonic": _rtx("Acoustic", "/RtxUltrasonic"),
+    "IsaacSensorCreateRtxAcoustic": _rtx("Acoustic", "/RtxAcoustic"),
+    "IsaacSensorCreateImuSensor": _physics_sensor("IMU", "/Imu_Sensor"),
+    "IsaacSensorCreateContactSensor": _physics_sensor("Contact", "/Contact_Sensor"),
+    "RangeSensorCreateLidar": _define("Lidar"),
+    "DeletePrims": _delete,
+    "CreatePrim": _create_prim,
+    "CreatePrimWithDefaultXform": _create_prim,
+    "CreateMeshPrimWithDefaultXform": _mesh,
+    "CreateMeshPrim": _mesh,
+    "CreateReference": _reference,
+    "CreatePayload": _reference,
+    "MovePrim": lambda path_from, path_to, **_: move_prim(str(path_from), str(path_to)),
+    "CopyPrim": _copy,
+    "ChangeProperty": _change,
+    "TransformPrim": _transform,
+    "TransformPrimSRT": _transform_srt,
+    "AddPhysicsComponent": _component,
+    "SetRigidBody": _rigid_body,
+    "BindMaterial": _bind,
+    "ApplyAPISchema": _api_schema,
+    "AddGroundPlane": _plane,
+    "AddPhysicsScene": lambda path="/physicsScene", **_: app().stage.DefinePrim(str(path), "PhysicsScene"),
+    "SelectPrims": _nothing,
+}

@@ -1,0 +1,262 @@
+"""Small modules: `isaacsim.core.nodes.scripts.utils`, `omni.physics.core`, `omni.physx`, benchmarks, extensions."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from typing import Any
+
+import numpy as np
+
+from graph.isaac.outcomes import tell_inert
+from graph.isaac.session import app, kit
+
+__all__ = [
+    "BaseIsaacBenchmark",
+    "Cloner",
+    "GridCloner",
+    "IExt",
+    "createJoint",
+    "get_physics_simulation_interface",
+    "get_physx_interface",
+    "get_physx_scene_query_interface",
+    "get_physx_simulation_interface",
+    "import_module",
+    "read_camera_info",
+    "register_annotator_from_node_with_telemetry",
+    "register_node_writer_with_telemetry",
+    "run_coroutine",
+    "set_target_prims",
+]
+
+
+def set_target_prims(primPath: str, targetPrimPaths: Any, inputName: str = "inputs:targetPrim") -> None:
+    from graph.isaac.omnigraph.controller import Controller, get_node_by_path
+
+    paths = [str(one) for one in ([targetPrimPaths] if isinstance(targetPrimPaths, str) else targetPrimPaths)]
+    node = get_node_by_path(primPath)
+    try:
+        if node is not None:
+            Controller.set(f"{primPath}.{inputName}", paths)
+            return
+        prim = app().stage.GetPrimAtPath(primPath)
+        (prim.GetRelationship(inputName) or prim.CreateRelationship(inputName)).SetTargets(paths)
+    except Exception as error:
+        print(error, primPath)
+
+
+def register_annotator_from_node_with_telemetry(*_: Any, **__: Any) -> None:
+    tell_inert("isaacsim.core.nodes.scripts.utils.register_annotator_from_node_with_telemetry")
+
+
+def register_node_writer_with_telemetry(*_: Any, **__: Any) -> None:
+    tell_inert("isaacsim.core.nodes.scripts.utils.register_node_writer_with_telemetry")
+
+
+class _Subscription:
+    def __init__(self, end: Any) -> None:
+        self._end = end
+
+    def unsubscribe(self) -> None:
+        self._end()
+
+    def __del__(self) -> None:
+        self._end()
+
+
+class _Physics:
+    def subscribe_physics_on_step_events(
+        self, on_update: Any = None, pre_step: bool = False, order: int = 0, **_: Any
+    ) -> _Subscription:
+        present = app()
+
+        def step() -> None:
+            on_update(float(1 / present.simulation.steps_per_second), None)
+
+        return _Subscription(present.on("physics_pre_step" if pre_step else "physics_post_step", step, order))
+
+    def subscribe_physics_step_events(self, fn: Any) -> _Subscription:
+        present = app()
+        return _Subscription(present.on("physics_pre_step", lambda: fn(float(1 / present.simulation.steps_per_second))))
+
+    def simulate(self, dt: float = 0.0, time: float = 0.0) -> None:
+        app().simulation.step(steps=1)
+
+    def start_simulation(self) -> None:
+        app().play()
+
+    def fetch_results(self) -> None:
+        return None
+
+    force_load_physics_from_usd = update_transformations = release_physics_objects = reset_simulation = (
+        lambda self, *_, **__: None
+    )
+
+
+class _Query:
+    def raycast_closest(self, origin: Any, direction: Any, distance: float, both_sides: bool = False) -> dict[str, Any]:
+        from sensors.raycast.ranged import cast_ranged
+        from sensors.raycast.shared import cast_world
+
+        unit = float(app().meters_per_unit)
+        way = np.asarray([*direction], float).reshape(1, 3)
+        way = way / np.linalg.norm(way)
+        start = np.asarray([*origin], float).reshape(1, 3)
+        world = cast_world(app())
+        hits = cast_ranged(world, start * unit, way, (0.0, float(distance) * unit), normals=True)
+        away = float(hits.distance[0]) / unit
+        if not np.isfinite(away) or away > distance:
+            return {"hit": False}
+        path = world.surfaces[int(hits.surfaces()[0])].path
+        place = (start + way * away)[0]
+        normal = np.zeros(3) if hits.normals is None else hits.normals[0]
+        found = {"distance": away, "position": tuple(place), "normal": tuple(normal)}
+        return {"hit": True, **found, "rigidBody": path, "collision": path}
+
+
+def get_physics_simulation_interface() -> _Physics:
+    return _Physics()
+
+
+get_physx_interface = get_physx_simulation_interface = get_physics_simulation_interface
+
+
+def get_physx_scene_query_interface() -> _Query:
+    return _Query()
+
+
+def createJoint(stage: Any, joint_type: str, from_prim: Any, to_prim: Any) -> Any:
+    from graph.sim.usd import UsdPhysics
+
+    kinds = {
+        "Revolute": UsdPhysics.RevoluteJoint,
+        "Prismatic": UsdPhysics.PrismaticJoint,
+        "Spherical": UsdPhysics.SphericalJoint,
+        "Fixed": UsdPhysics.FixedJoint,
+        "Distance": UsdPhysics.DistanceJoint,
+    }
+    to, source = (to_prim or from_prim), (from_prim if to_prim else None)
+    path = f"{to.GetPath()}/{joint_type}Joint"
+    made = kinds.get(joint_type, UsdPhysics.Joint).Define(stage, path)
+    if source:
+        made.CreateBody0Rel().SetTargets([source.GetPath()])
+    made.CreateBody1Rel().SetTargets([to.GetPath()])
+    return made.GetPrim()
+
+
+def run_coroutine(coroutine: Any) -> Any:
+    return asyncio.ensure_future(coroutine, loop=kit().loop)
+
+
+def import_module(name: str) -> Any:
+    from importlib import import_module as imported
+
+    return imported(name)
+
+
+def read_camera_info(render_product_path: str) -> Any:
+    from graph.isaac.outcomes import UnsupportedError
+
+    raise UnsupportedError("read_camera_info: use the writer ROS2PublishCameraInfo, or the node ROS2CameraInfoHelper")
+
+
+class IExt:
+    def on_startup(self, ext_id: str) -> None:
+        return None
+
+    def on_shutdown(self) -> None:
+        return None
+
+
+class BaseIsaacBenchmark:
+    def __init__(self, benchmark_name: str = "BaseIsaacBenchmark", *_: Any, **__: Any) -> None:
+        tell_inert("isaacsim.benchmark.services.BaseIsaacBenchmark")
+        self.benchmark_name = benchmark_name
+        self.recorders: list[Any] = []
+
+    @property
+    def assets_root_path(self) -> str:
+        from .storage import get_assets_root_path
+
+        return get_assets_root_path()
+
+    def fully_load_stage(self, usd_path: str) -> None:
+        from .usd import get_context
+
+        get_context().open_stage(usd_path)
+
+    def run_warmup(self, n_frames: int) -> None:
+        for _ in range(n_frames):
+            kit().update()
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_") or name not in _BENCHMARK:
+            raise AttributeError(f"BaseIsaacBenchmark has no {name}")
+        return lambda *_, **__: logging.getLogger("tickgraph").debug("%s", name)
+
+
+_BENCHMARK = ("set_phase", "stop", "store_measurements", "store_custom_measurement", "start_collecting_frametime")
+
+
+class Cloner:
+    def define_base_env(self, base_env_path: str) -> None:
+        app().stage.DefinePrim(base_env_path, "Xform")
+
+    def generate_paths(self, root_path: str, num_paths: int) -> list[str]:
+        return [f"{root_path}_{number}" for number in range(num_paths)]
+
+    def clone(
+        self,
+        source_prim_path: str,
+        prim_paths: list[str],
+        positions: Any = None,
+        orientations: Any = None,
+        *_: Any,
+        **__: Any,
+    ) -> None:
+        from .usd import duplicate_prim
+        from .xforms import put
+
+        stage = app().stage
+        for row, path in enumerate(prim_paths):
+            if path != source_prim_path:
+                duplicate_prim(stage, source_prim_path, path)
+            turn = None if orientations is None else orientations[row]
+            if positions is not None:
+                put(stage.GetPrimAtPath(path), translation=positions[row], orientation=turn)
+
+    def filter_collisions(self, *_: Any, **__: Any) -> None:
+        tell_inert("isaacsim.core.cloner.Cloner.filter_collisions")
+
+
+class GridCloner(Cloner):
+    def __init__(self, spacing: float, num_per_row: int = -1, stage: Any = None) -> None:
+        self._spacing, self._per_row = spacing, num_per_row
+
+    def get_clone_transforms(
+        self, num_clones: int, position_offsets: Any = None, orientation_offsets: Any = None
+    ) -> tuple[list[Any], list[Any]]:
+        columns = self._per_row if self._per_row > 0 else int(np.ceil(np.sqrt(num_clones)))
+        rows = int(np.ceil(num_clones / columns))
+        offsets = np.zeros((num_clones, 3)) if position_offsets is None else np.asarray(position_offsets)
+        places = []
+        for number in range(num_clones):
+            row, column = divmod(number, columns)
+            x = 0.5 * (rows - 1) * self._spacing - row * self._spacing
+            y = column * self._spacing - 0.5 * (columns - 1) * self._spacing
+            places.append(np.array([x, y, 0.0]) + offsets[number])
+        turns = [np.array([1.0, 0, 0, 0])] * num_clones if orientation_offsets is None else list(orientation_offsets)
+        return places, turns
+
+    def clone(  # type: ignore[override]
+        self,
+        source_prim_path: str,
+        prim_paths: list[str],
+        position_offsets: Any = None,
+        orientation_offsets: Any = None,
+        *_: Any,
+        **__: Any,
+    ) -> list[Any]:
+        places, turns = self.get_clone_transforms(len(prim_paths), position_offsets, orientation_offsets)
+        super().clone(source_prim_path, prim_paths, places, turns)
+        return places

@@ -1,0 +1,150 @@
+"""`isaacsim.sensors.rtx`: LidarRtx and the helpers of the former sensor module."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from graph.isaac.session import app
+from sensors import (
+    SUPPORTED_LIDAR_CONFIGS,
+    Lidar,
+    parse_generic_model_output_data,
+    parse_object_ids,
+    parse_stable_id_map_data,
+)
+from sensors.handles import resolve
+from sensors.products import product_name, render_product
+from sensors.replicator import get_annotator, get_writer
+
+from .materials import apply_nonvisual_material, get_material_id
+from .old_prims import SingleXFormPrim
+
+__all__ = [
+    "SUPPORTED_LIDAR_CONFIGS",
+    "SUPPORTED_LIDAR_VARIANT_SET_NAME",
+    "LidarRtx",
+    "apply_nonvisual_material",
+    "get_gmo_data",
+    "get_material_id",
+]
+SUPPORTED_LIDAR_VARIANT_SET_NAME = "sensor"
+
+
+def get_gmo_data(dataPtr: Any) -> Any:
+    data = resolve(dataPtr) if isinstance(dataPtr, int) else np.asarray(dataPtr)
+    return parse_generic_model_output_data(data)
+
+
+class LidarRtx(SingleXFormPrim):
+    def __init__(
+        self,
+        prim_path: str,
+        name: str = "lidar_rtx",
+        position: Any = None,
+        translation: Any = None,
+        orientation: Any = None,
+        config_file_name: str | None = None,
+        **kwargs: Any,
+    ) -> None:
+        if app().stage.GetPrimAtPath(prim_path):
+            made = Lidar(prim_path)
+        elif config_file_name is not None:
+            made = Lidar.create(prim_path, config=config_file_name)
+        else:
+            attributes = {key: value for key, value in kwargs.items() if key.startswith("omni:")}
+            made = Lidar(prim_path, attributes=attributes)
+        super().__init__(made.path, name, position, translation, orientation)
+        self._product = render_product(app(), made.path, (128, 128), product_name(made.path, (128, 128)))
+        self._annotators: dict[str, Any] = {}
+        self._writers: dict[str, Any] = {}
+        self._paused = False
+        self._frame: dict[str, Any] = {"rendering_time": 0.0, "rendering_frame": 0}
+        self._lidar = made
+
+    def initialize(self, physics_sim_view: Any = None) -> None:
+        return None
+
+    def get_render_product_path(self) -> str:
+        return self._product.path
+
+    def attach_annotator(self, annotator_name: str, **kwargs: Any) -> None:
+        if annotator_name not in self._annotators:
+            made = get_annotator(annotator_name).initialize(**kwargs)
+            self._annotators[annotator_name] = made.attach([self._product.path])
+
+    def detach_annotator(self, annotator_name: str) -> None:
+        found = self._annotators.pop(annotator_name, None)
+        if found is not None:
+            found.detach()
+
+    def detach_all_annotators(self) -> None:
+        for name in list(self._annotators):
+            self.detach_annotator(name)
+
+    def get_annotators(self) -> dict[str, Any]:
+        return self._annotators
+
+    def attach_writer(self, writer_name: str, **kwargs: Any) -> None:
+        if writer_name not in self._writers:
+            self._writers[writer_name] = get_writer(writer_name).initialize(**kwargs).attach([self._product.path])
+
+    def detach_writer(self, writer_name: str) -> None:
+        found = self._writers.pop(writer_name, None)
+        if found is not None:
+            found.detach()
+
+    def detach_all_writers(self) -> None:
+        for name in list(self._writers):
+            self.detach_writer(name)
+
+    def get_writers(self) -> dict[str, Any]:
+        return self._writers
+
+    def get_current_frame(self) -> dict[str, Any]:
+        if not self._paused:
+            self._frame["rendering_time"] = float(app().external_time)
+            self._frame["rendering_frame"] = self._product.frames
+            for name, one in self._annotators.items():
+                self._frame[name] = one.get_data()
+        return self._frame
+
+    def pause(self) -> None:
+        self._paused = True
+
+    def resume(self) -> None:
+        self._paused = False
+
+    def is_paused(self) -> bool:
+        return self._paused
+
+    def enable_visualization(self) -> None:
+        self.attach_writer("RtxLidarDebugDrawPointCloud")
+
+    def disable_visualization(self) -> None:
+        self.detach_writer("RtxLidarDebugDrawPointCloud")
+
+    def get_rotation_frequency(self) -> float:
+        return float(self._lidar.config.scan_rate_base_hz)
+
+    def get_depth_range(self) -> tuple[float, float]:
+        config = self._lidar.config
+        return float(config.near_range_m), float(config.far_range_m)
+
+    @staticmethod
+    def get_object_ids(obj_ids: Any) -> list[int]:
+        return parse_object_ids(np.asarray(obj_ids))
+
+    @staticmethod
+    def decode_stable_id_mapping(stable_id_mapping_raw: Any) -> dict[int, str]:
+        return parse_stable_id_map_data(np.frombuffer(bytes(stable_id_mapping_raw), np.uint8))
+
+    def __getattr__(self, name: str) -> Any:
+        """`add_..._data_to_frame`, `remove_...`: the flat scan has them all."""
+        if name.startswith(("add_", "remove_")) and name.endswith("_to_frame"):
+            call = self.attach_annotator if name.startswith("add_") else self.detach_annotator
+            cloud = "point_cloud" in name
+            chosen = "IsaacExtractRTXSensorPointCloudNoAccumulator" if cloud else "IsaacComputeRTXLidarFlatScan"
+            return lambda *_, **__: call(chosen)
+        raise AttributeError(f"LidarRtx has no {name}")

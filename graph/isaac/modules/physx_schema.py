@@ -1,0 +1,117 @@
+"""`pxr.PhysxSchema`: API objects over attributes, whose names follow from the schema's."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from graph.sim.usd import Sdf, Usd
+
+_PREFIXES = {
+    "PhysxSceneAPI": "physxScene",
+    "PhysxRigidBodyAPI": "physxRigidBody",
+    "PhysxCollisionAPI": "physxCollision",
+    "PhysxArticulationAPI": "physxArticulation",
+    "PhysxJointAPI": "physxJoint",
+    "PhysxMaterialAPI": "physxMaterial",
+    "PhysxContactReportAPI": "physxContactReport",
+    "PhysxTriggerAPI": "physxTrigger",
+    "PhysxTriggerStateAPI": "physxTrigger",
+    "PhysxForceAPI": "physxForce",
+    "PhysxSurfaceVelocityAPI": "physxSurfaceVelocity",
+    "PhysxConvexHullCollisionAPI": "physxConvexHullCollision",
+    "PhysxConvexDecompositionCollisionAPI": "physxConvexDecompositionCollision",
+    "PhysxTriangleMeshCollisionAPI": "physxTriangleMeshCollision",
+    "PhysxSDFMeshCollisionAPI": "physxSDFMeshCollision",
+    "PhysxCookedDataAPI": "physxCookedData",
+    "PhysxDeformableBodyAPI": "physxDeformable",
+    "PhysxCharacterControllerAPI": "physxCharacterController",
+    "PhysxVehicleAPI": "physxVehicle",
+    "PhysxMimicJointAPI": "physxMimicJoint",
+    "PhysxLimitAPI": "physxLimit",
+    "JointStateAPI": "state",
+}
+__all__ = [*_PREFIXES, "Tokens"]  # noqa: PLE0604
+_KINDS = {bool: "bool", int: "int", float: "float", str: "token"}
+
+
+class Tokens:
+    linear, angular = "linear", "angular"
+
+
+class _Api:
+    """An applied schema of a prim: `Create...Attr(value)`, `Get...Attr()`, `Get...Rel()`."""
+
+    name, prefix = "", ""
+
+    def __init__(self, prim: Any = None, instance: str = "") -> None:
+        self._prim = prim.GetPrim() if hasattr(prim, "GetPrim") else prim
+        self._instance = instance
+
+    @classmethod
+    def Apply(cls, prim: Any, instance: str = "") -> _Api:
+        prim.AddAppliedSchema(f"{cls.name}:{instance}" if instance else cls.name)
+        return cls(prim, instance)
+
+    @classmethod
+    def Get(cls, stage: Any, path: Any) -> _Api:
+        return cls(
+            stage.GetPrimAtPath(path) if isinstance(stage, Usd.Stage) else stage,
+            "" if not isinstance(path, str) else path,
+        )
+
+    @classmethod
+    def CanApply(cls, prim: Any, *_: Any) -> bool:
+        return bool(prim)
+
+    def GetPrim(self) -> Any:
+        return self._prim
+
+    def GetPath(self) -> Any:
+        return self._prim.GetPath()
+
+    def __bool__(self) -> bool:
+        applied = [] if not self._prim else [str(one) for one in self._prim.GetAppliedSchemas()]
+        return any(one == self.name or one.startswith(f"{self.name}:") for one in applied)
+
+    def _full(self, words: str) -> str:
+        short = words[0].lower() + words[1:]
+        if self.name == "JointStateAPI":
+            return f"state:{self._instance or 'angular'}:physics:{short}"
+        for name in (f"{self.prefix}:{self._instance}:{short}" if self._instance else "", f"{self.prefix}:{short}"):
+            if name and self._prim.HasProperty(name):
+                return name
+        upper = re.sub(r"^([a-z]+)([A-Z]{2,})", lambda m: m[1] + m[2], words[0].lower() + words[1:])
+        return f"{self.prefix}:{self._instance}:{upper}" if self._instance else f"{self.prefix}:{upper}"
+
+    def __getattr__(self, name: str) -> Any:
+        found = re.fullmatch(r"(Get|Create)(\w+?)(Attr|Rel)", name)
+        if found is None:
+            raise AttributeError(f"{self.name} has no {name}")
+        what, words, kind = found.groups()
+        full = self._full(words)
+        if kind == "Rel":
+            return lambda: self._prim.GetRelationship(full) or self._prim.CreateRelationship(full, False)
+        if what == "Get":
+            return lambda: self._prim.GetAttribute(full)
+
+        def create(value: Any = None, *_: Any) -> Any:
+            made = self._prim.GetAttribute(full)
+            if not made:
+                type_ = (
+                    Sdf.ValueTypeNames.Find(_KINDS.get(type(value), "float"))
+                    if value is not None
+                    else Sdf.ValueTypeNames.Float
+                )
+                if not isinstance(value, (bool, int, float, str, type(None))):
+                    type_ = Sdf.GetValueTypeNameForValue(value)
+                made = self._prim.CreateAttribute(full, type_, custom=False)
+            if value is not None:
+                made.Set(value)
+            return made
+
+        return create
+
+
+for _name, _prefix in _PREFIXES.items():
+    globals()[_name] = type(_name, (_Api,), {"name": _name, "prefix": _prefix, "__module__": "pxr.PhysxSchema"})

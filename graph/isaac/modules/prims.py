@@ -1,0 +1,252 @@
+"""`isaacsim.core.experimental.prims`: wrappers of one prim or several."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from graph.isaac.results import Result, numbers, result, rows, words
+from graph.isaac.session import app
+from graph.sim.usd import UsdGeom, UsdPhysics
+
+from .articulation import Articulation
+from .prim_base import Prim, XformPrim
+
+__all__ = ["Articulation", "GeomPrim", "Prim", "RigidPrim", "XformPrim"]
+
+
+class GeomPrim(XformPrim):
+    def __init__(
+        self, paths: Any, *, apply_collision_apis: bool = False, resolve_paths: bool = True, **pose: Any
+    ) -> None:
+        super().__init__(paths, resolve_paths=resolve_paths, **pose)
+        if apply_collision_apis:
+            self.apply_collision_apis()
+
+    @property
+    def geoms(self) -> list[Any]:
+        return [UsdGeom.Gprim(prim) for prim in self.prims]
+
+    def apply_collision_apis(self, *, indices: Any = None) -> None:
+        for one in numbers(indices, len(self)):
+            UsdPhysics.CollisionAPI.Apply(self.prims[one])
+
+    def set_enabled_collisions(self, enabled: Any, *, indices: Any = None) -> None:
+        chosen = numbers(indices, len(self))
+        for one, value in zip(chosen, words(enabled, len(chosen)), strict=True):
+            UsdPhysics.CollisionAPI.Apply(self.prims[one]).CreateCollisionEnabledAttr().Set(bool(value))
+
+    def get_enabled_collisions(self, *, indices: Any = None) -> Result:
+        found = [
+            UsdPhysics.CollisionAPI(self.prims[one]).GetCollisionEnabledAttr() for one in numbers(indices, len(self))
+        ]
+        return result([[bool(one) and bool(one.Get())] for one in found], bool)
+
+    def apply_physics_materials(
+        self, materials: Any, *, weaker_than_descendants: Any = None, indices: Any = None
+    ) -> None:
+        from graph.sim.usd import UsdShade
+
+        chosen = numbers(indices, len(self))
+        listed = list(materials) if isinstance(materials, (list, tuple)) else [materials] * len(chosen)
+        for one, material in zip(chosen, listed, strict=True):
+            binding = UsdShade.MaterialBindingAPI.Apply(self.prims[one])
+            for prim in material.prims[:1]:
+                binding.Bind(UsdShade.Material(prim), UsdShade.Tokens.weakerThanDescendants, "physics")
+
+    def set_collision_approximations(self, approximations: Any, *, indices: Any = None) -> None:
+        chosen = numbers(indices, len(self))
+        for one, value in zip(chosen, words(approximations, len(chosen)), strict=True):
+            UsdPhysics.MeshCollisionAPI.Apply(self.prims[one]).CreateApproximationAttr().Set(value)
+
+    def set_offsets(self, contact_offsets: Any = None, rest_offsets: Any = None, *, indices: Any = None) -> None:
+        chosen = numbers(indices, len(self))
+        for name, values in (("contactOffset", contact_offsets), ("restOffset", rest_offsets)):
+            given = rows(values, len(chosen), None, name)
+            for one, row in zip(chosen, range(len(chosen)), strict=True):
+                if given is not None:
+                    attribute(self.prims[one], f"physxCollision:{name}", "float", float(given[row]))
+
+
+class RigidPrim(XformPrim):
+    def __init__(
+        self,
+        paths: Any,
+        *,
+        masses: Any = None,
+        densities: Any = None,
+        contact_filter_paths: Any = None,
+        max_contact_count: int = 0,
+        resolve_paths: bool = True,
+        **pose: Any,
+    ) -> None:
+        super().__init__(paths, resolve_paths=resolve_paths, **pose)
+        for prim in self.prims:
+            UsdPhysics.RigidBodyAPI.Apply(prim)
+        if masses is not None:
+            self.set_masses(masses)
+        if densities is not None:
+            self.set_densities(densities)
+
+    def _bodies(self, indices: Any) -> tuple[list[int], list[str]]:
+        chosen = numbers(indices, len(self))
+        return chosen, [self.paths[one] for one in chosen]
+
+    def get_velocities(self, *, indices: Any = None) -> tuple[Result, Result]:
+        chosen, paths = self._bodies(indices)
+        if app().timeline.is_stopped():
+            unit = np.pi / 180
+            bodies = [UsdPhysics.RigidBodyAPI(self.prims[one]) for one in chosen]
+            linear = [one.GetVelocityAttr().Get() or (0, 0, 0) for one in bodies]
+            angular = [np.array(one.GetAngularVelocityAttr().Get() or (0, 0, 0)) * unit for one in bodies]
+            return result(linear), result(angular)
+        motion = app().fabric.velocities(paths)
+        return result(motion[:, :3] / app().meters_per_unit), result(motion[:, 3:])
+
+    def set_velocities(
+        self, linear_velocities: Any = None, angular_velocities: Any = None, *, indices: Any = None
+    ) -> None:
+        chosen, paths = self._bodies(indices)
+        linear = rows(linear_velocities, len(paths), 3, "linear_velocities")
+        angular = rows(angular_velocities, len(paths), 3, "angular_velocities")
+        if app().timeline.is_stopped():
+            for row, one in enumerate(chosen):
+                body = UsdPhysics.RigidBodyAPI.Apply(self.prims[one])
+                if linear is not None:
+                    body.CreateVelocityAttr().Set(tuple(map(float, linear[row])))
+                if angular is not None:
+                    body.CreateAngularVelocityAttr().Set(tuple(map(float, np.degrees(angular[row]))))
+            return
+        scaled = None if linear is None else linear * app().meters_per_unit
+        app().simulation.tensors.set_velocities(scaled, angular, paths)
+
+    def apply_forces(self, forces: Any, *, indices: Any = None, local_frame: bool = False) -> None:
+        self.apply_forces_and_torques_at_pos(forces, indices=indices, local_frame=local_frame)
+
+    def apply_forces_and_torques_at_pos(
+        self,
+        forces: Any = None,
+        torques: Any = None,
+        *,
+        positions: Any = None,
+        indices: Any = None,
+        local_frame: bool = False,
+    ) -> None:
+        _, paths = self._bodies(indices)
+        count = len(paths)
+        force = rows(forces, count, 3, "forces")
+        torque = rows(torques, count, 3, "torques")
+        tensors = app().simulation.tensors
+        turns = app().fabric.rigid_matrices(paths)[:, :3, :3]
+        if local_frame:
+            force = None if force is None else _turned(turns, force)
+            torque = None if torque is None else _turned(turns, torque)
+        if positions is not None and force is not None:
+            at = rows(positions, count, 3, "positions")
+            places = app().fabric.rigid_matrices(paths)
+            world = places[:, :3, 3] + _turned(turns, at) if local_frame else np.asarray(at)
+            centres = dict(zip(tensors.body_paths, tensors.centers_of_mass, strict=True))
+            arms = world - np.array([centres[path] for path in paths])
+            torque = np.cross(arms, force) + (0 if torque is None else torque)
+        tensors.set_forces(force, torque, paths)
+        ends: list[Any] = []
+
+        def end() -> None:
+            ends.pop()()
+            if app().physics is not None:
+                tensors.set_forces(None, None, paths)
+
+        ends.append(app().on("physics_post_step", end))  # a force acts in one step
+
+    def get_masses(self, *, indices: Any = None, inverse: bool = False) -> Result:
+        chosen, paths = self._bodies(indices)
+        if app().physics is not None and not app().timeline.is_stopped():
+            tensors = app().simulation.tensors
+            known = dict(zip(tensors.body_paths, tensors.masses, strict=True))
+            found = [known.get(path, 0.0) for path in paths]
+        else:
+            found = [float(UsdPhysics.MassAPI(self.prims[one]).GetMassAttr().Get() or 0.0) for one in chosen]
+        return result([[1 / one if inverse and one else one] for one in found])
+
+    def set_masses(self, masses: Any, *, indices: Any = None) -> None:
+        self._author(masses, indices, lambda prim: UsdPhysics.MassAPI.Apply(prim).CreateMassAttr())
+
+    def set_densities(self, densities: Any, *, indices: Any = None) -> None:
+        self._author(densities, indices, lambda prim: UsdPhysics.MassAPI.Apply(prim).CreateDensityAttr())
+
+    def get_densities(self, *, indices: Any = None) -> Result:
+        chosen = numbers(indices, len(self))
+        return result([[float(UsdPhysics.MassAPI(self.prims[one]).GetDensityAttr().Get() or 0.0)] for one in chosen])
+
+    def set_enabled_gravities(self, enabled: Any, *, indices: Any = None) -> None:
+        chosen = numbers(indices, len(self))
+        for one, value in zip(chosen, words(enabled, len(chosen)), strict=True):
+            attribute(self.prims[one], "physxRigidBody:disableGravity", "bool", not value)
+
+    def get_enabled_gravities(self, *, indices: Any = None) -> Result:
+        found = [self.prims[one].GetAttribute("physxRigidBody:disableGravity") for one in numbers(indices, len(self))]
+        return result([[not (one and one.Get())] for one in found], bool)
+
+    def set_enabled_rigid_bodies(self, enabled: Any, *, indices: Any = None) -> None:
+        chosen = numbers(indices, len(self))
+        for one, value in zip(chosen, words(enabled, len(chosen)), strict=True):
+            UsdPhysics.RigidBodyAPI.Apply(self.prims[one]).CreateRigidBodyEnabledAttr().Set(bool(value))
+
+    def get_enabled_rigid_bodies(self, *, indices: Any = None) -> Result:
+        found = [
+            UsdPhysics.RigidBodyAPI(self.prims[one]).GetRigidBodyEnabledAttr() for one in numbers(indices, len(self))
+        ]
+        return result([[bool(one.Get())] for one in found], bool)
+
+    def get_net_contact_forces(self, *, indices: Any = None, dt: float = 1.0) -> Result:
+        from graph.sim.physics.protocol import contact_force
+
+        _, paths = self._bodies(indices)
+        physics = app().physics
+        return result([np.zeros(3) if physics is None else contact_force(physics, path) for path in paths])
+
+    def is_physics_tensor_entity_valid(self) -> bool:
+        return app().physics is not None
+
+    def get_default_state(self, *, indices: Any = None) -> tuple[Any, Any, Any, Any]:
+        positions, orientations = super().get_default_state(indices=indices)
+        return positions, orientations, self._defaults.get("linear"), self._defaults.get("angular")
+
+    def set_default_state(  # type: ignore[override]
+        self,
+        positions: Any = None,
+        orientations: Any = None,
+        linear_velocities: Any = None,
+        angular_velocities: Any = None,
+        *,
+        indices: Any = None,
+    ) -> None:
+        super().set_default_state(positions, orientations, indices=indices)
+        for name, values in (("linear", linear_velocities), ("angular", angular_velocities)):
+            if values is not None:
+                self._defaults[name] = result(rows(values, len(self), 3, name))
+
+    def reset_to_default_state(self, *, warn_on_non_default_state: bool = False) -> None:
+        super().reset_to_default_state()
+        linear, angular = self._defaults.get("linear"), self._defaults.get("angular")
+        if linear is not None or angular is not None:
+            self.set_velocities(linear, angular)
+
+    def _author(self, values: Any, indices: Any, made: Any) -> None:
+        chosen = numbers(indices, len(self))
+        given = rows(values, len(chosen), None, "values")
+        for one, value in zip(chosen, () if given is None else given, strict=True):
+            made(self.prims[one]).Set(float(value))
+
+
+def _turned(turns: Any, vectors: Any) -> np.ndarray:
+    out: np.ndarray = np.einsum("nij,nj->ni", turns, vectors)
+    return out
+
+
+def attribute(prim: Any, name: str, kind: str, value: Any) -> None:
+    """Authors an attribute."""
+    from graph.sim.usd import Sdf
+
+    prim.CreateAttribute(name, Sdf.ValueTypeNames.Find(kind), custom=False).Set(value)

@@ -1,0 +1,355 @@
+"""`omni.replicator.core`: render products, annotators, writers, the orchestrator."""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import Any
+
+from graph.isaac.outcomes import tell_inert
+from graph.isaac.session import RUN, app, kit
+from sensors import replicator as ours
+from sensors.annotators.annotator import Annotator
+from sensors.products import remove_product
+from sensors.writers import AnnotatedWriter, AttachedWriter
+
+__all__ = [
+    "Annotator",
+    "AnnotatorRegistry",
+    "Writer",
+    "WriterRegistry",
+    "annotators",
+    "create",
+    "get_global_seed",
+    "orchestrator",
+    "set_global_seed",
+    "settings",
+    "utils",
+    "writers",
+]
+
+
+class HydraTexture:
+    """A render product as scripts know it: its path, its prim's texture, its end."""
+
+    def __init__(self, product: Any) -> None:
+        self._product = product
+
+    @property
+    def path(self) -> str:
+        return str(self._product.path)
+
+    def __str__(self) -> str:
+        return self.path
+
+    @property
+    def hydra_texture(self) -> HydraTexture:
+        return self
+
+    @property
+    def updates_enabled(self) -> bool:
+        return bool(self._product.enabled)
+
+    @updates_enabled.setter
+    def updates_enabled(self, enabled: bool) -> None:
+        self._product.enabled = bool(enabled)
+
+    def set_updates_enabled(self, updates_enabled: bool = True) -> None:
+        self._product.enabled = bool(updates_enabled)
+
+    def get_render_product_path(self) -> str:
+        return self.path
+
+    def destroy(self) -> None:
+        remove_product(app(), self._product)
+
+    def GetPath(self) -> Any:
+        return self.GetPrim().GetPath()
+
+    def GetPrim(self) -> Any:
+        return app().stage.GetPrimAtPath(self.path)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_") or name == "sensor":  # only the product itself has that
+            raise AttributeError(name)
+        return getattr(self._product, name)
+
+
+def _bare(products: Any) -> Any:
+    """Products as our annotators and writers take them."""
+    if isinstance(products, (list, tuple)):
+        return [_bare(one) for one in products]
+    if isinstance(products, HydraTexture):
+        return products.path
+    if hasattr(products, "GetPath"):
+        return str(products.GetPath())
+    return products
+
+
+class _Create:
+    @staticmethod
+    def render_product(
+        camera: Any, resolution: Any = (1280, 720), force_new: bool = False, name: Any = None, **_: Any
+    ) -> Any:
+        if isinstance(camera, (list, tuple)):
+            return [_Create.render_product(one, resolution, force_new, name) for one in camera]
+        return HydraTexture(ours.create_render_product(camera, resolution, name=name))
+
+    def __getattr__(self, name: str) -> Any:
+        from graph.isaac.outcomes import refused
+
+        if name.startswith("__"):
+            raise AttributeError(name)
+        why = "scene randomizers are not here; author prims with pxr or isaacsim.core.experimental.objects"
+        return refused(f"omni.replicator.core.create.{name}", why)
+
+
+create = _Create()
+
+
+class _Annotator(Annotator):
+    """An annotator that takes render products in every form."""
+
+    def attach(self, render_products: Any, *_: Any, **__: Any) -> Any:  # type: ignore[override]
+        return super().attach(_bare(render_products))
+
+    def detach(self, render_products: Any = None) -> Any:
+        return super().detach()
+
+    def get_data(self, *args: Any, **named: Any) -> Any:
+        named.pop("device", None), named.pop("do_array_copy", None)
+        return super().get_data(*args[:0])
+
+    @property
+    def template_name(self) -> str:
+        return str(self.name)
+
+
+def get_annotator(
+    name: str,
+    init_params: Any = None,
+    render_products: Any = None,
+    device: str | None = None,
+    do_array_copy: bool = True,
+) -> Any:
+    made = ours.get_annotator(name, init_params, None, device, do_array_copy)
+    made.__class__ = _Annotator
+    return made if render_products is None else made.attach(render_products)
+
+
+class AnnotatorRegistry:
+    get_annotator = staticmethod(get_annotator)
+    get = staticmethod(get_annotator)
+    get_registered_annotators = staticmethod(ours.AnnotatorRegistry.get_registered_annotators)
+    get_registered = get_registered_annotators
+
+    @staticmethod
+    def register_annotator_from_node(name: str, *_: Any, **__: Any) -> None:
+        tell_inert("omni.replicator.core.AnnotatorRegistry.register_annotator_from_node")
+
+
+annotators = AnnotatorRegistry
+
+
+class Writer(AnnotatedWriter):
+    """A writer of the script: `annotators`, and `write(data)` for each frame."""
+
+    def initialize(self, **options: Any) -> Any:
+        self.__init__(**options)  # type: ignore[misc]
+        return self
+
+    def attach(self, render_products: Any, trigger: Any = None) -> Any:
+        from sensors.writers import WriterSpec
+
+        self._writers: list[Any] = []
+        for one in render_products if isinstance(render_products, (list, tuple)) else [render_products]:
+            made = AttachedWriter(type(self).__name__, WriterSpec(lambda: self, channels=frozenset()))
+            self._writers.append(made.attach([_bare(one)]))
+        return self
+
+    def detach(self) -> None:
+        for one in getattr(self, "_writers", ()):
+            one.detach()
+
+    def on_final_frame(self) -> None:
+        return None
+
+
+class _AttachedWriter:
+    """A writer of the registry; one for each product it is attached to."""
+
+    def __init__(self, name: str, options: Any = None) -> None:
+        self._name, self._options = name, dict(options or {})
+        self._held: list[Any] = []
+        ours.get_writer(name)  # an unknown name is an error now, not later
+
+    def initialize(self, **options: Any) -> _AttachedWriter:
+        self._options.update(options)
+        return self
+
+    def attach(self, render_products: Any, trigger: Any = None) -> _AttachedWriter:
+        for one in render_products if isinstance(render_products, (list, tuple)) else [render_products]:
+            made = ours.get_writer(self._name).initialize(**self._options)
+            self._held.append(made.attach([_bare(one)]))
+        return self
+
+    async def attach_async(self, render_products: Any, trigger: Any = None) -> _AttachedWriter:
+        return self.attach(render_products)
+
+    def detach(self) -> None:
+        while self._held:
+            self._held.pop().detach()
+
+    def get_node(self) -> Any:
+        return None
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_") or not self._held:
+            raise AttributeError(f"writer {self._name} has no {name}; attach it first")
+        return getattr(self._held[0], name)
+
+
+_OWN: dict[str, type[Writer]] = {}
+
+
+class WriterRegistry:
+    @staticmethod
+    def get(name: str, init_params: Any = None, render_products: Any = None, trigger: Any = None) -> Any:
+        if name in _OWN:
+            made: Any = _OWN[name].__new__(_OWN[name])
+            if init_params is not None:
+                made.initialize(**init_params)
+        else:
+            made = _AttachedWriter(name, init_params)
+        return made if render_products is None else made.attach(render_products)
+
+    @staticmethod
+    def register(writer: type[Writer], category: str | None = None) -> None:
+        _OWN[writer.__name__] = writer
+
+    @staticmethod
+    def register_node_writer(name: str, *_: Any, **__: Any) -> None:
+        tell_inert("omni.replicator.core.writers.register_node_writer")
+
+    @staticmethod
+    def get_writers() -> dict[str, Any]:
+        return {name: name for name in (*ours.WriterRegistry.get_writers(), *_OWN)}
+
+    get_registered = get_writers
+
+    @staticmethod
+    def unregister_writer(writer_name: str) -> None:
+        _OWN.pop(writer_name, None)
+
+
+writers = WriterRegistry
+
+
+class _Status(Enum):
+    NOT_STARTED = 0
+    STARTING = 1
+    STARTED = 2
+    PAUSED = 3
+    STOPPING = 4
+    STOPPED = 5
+
+
+class _Orchestrator:
+    Status = _Status
+
+    def __init__(self) -> None:
+        self._status = _Status.NOT_STARTED
+
+    def step(
+        self, rt_subframes: int = -1, pause_timeline: bool = True, delta_time: Any = None, *_: Any, **__: Any
+    ) -> None:
+        run = RUN.get()
+        if run is not None:
+            run.check()
+        options = {} if delta_time is None else {"delta_time": delta_time}
+        app().orchestrator.step(pause_timeline=pause_timeline, **options)
+        kit().turn()
+
+    async def step_async(
+        self, rt_subframes: int = -1, pause_timeline: bool = True, delta_time: Any = None, *_: Any, **__: Any
+    ) -> None:
+        options = {} if delta_time is None else {"delta_time": delta_time}
+        await app().orchestrator.step_async(pause_timeline=pause_timeline, **options)
+
+    def preview(self) -> None:
+        kit().update()
+
+    async def preview_async(self) -> None:
+        await kit().next_update()
+
+    def run(self, num_frames: int | None = None, start_timeline: bool = False) -> None:
+        if start_timeline:
+            app().play()
+        self._status = _Status.STARTED
+        for _ in range(num_frames or 1):
+            kit().update()
+
+    async def run_async(self, num_frames: int | None = None, start_timeline: bool = False) -> None:
+        if start_timeline:
+            app().play()
+        for _ in range(num_frames or 1):
+            await kit().next_update()
+
+    run_until_complete_async = run_async
+
+    def run_until_complete(self, num_frames: int | None = None, start_timeline: bool = False) -> None:
+        self.run(num_frames, start_timeline)
+
+    def stop(self) -> None:
+        self._status = _Status.STOPPED
+
+    def pause(self) -> None:
+        self._status = _Status.PAUSED
+
+    def resume(self) -> None:
+        self._status = _Status.STARTED
+
+    def wait_until_complete(self) -> None:
+        app().deliver_frames()
+
+    async def wait_until_complete_async(self) -> None:
+        app().deliver_frames()
+
+    def set_capture_on_play(self, value: bool) -> None:
+        return None
+
+    def get_status(self) -> _Status:
+        return self._status
+
+    def get_is_started(self) -> bool:
+        return self._status is _Status.STARTED
+
+
+orchestrator = _Orchestrator()
+
+
+def set_global_seed(seed: int) -> None:
+    tell_inert("omni.replicator.core.set_global_seed")
+
+
+def get_global_seed() -> int:
+    return app().seed
+
+
+class settings:  # noqa: N801
+    @staticmethod
+    def carb_settings(setting: str, value: Any) -> None:
+        app().settings.set(setting, value)
+
+    @staticmethod
+    def set_render_rtx_realtime(*_: Any, **__: Any) -> None:
+        return None
+
+    set_render_pathtraced = set_render_rtx_realtime
+
+
+class utils:  # noqa: N801
+    @staticmethod
+    def send_og_event(event_name: str) -> None:
+        from graph.session.runner import graphs_of
+
+        graphs_of(app()).context.events.send(f"bus:{event_name}", update=app().update_index)

@@ -1,0 +1,170 @@
+"""`isaacsim.sensors.experimental.rtx`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sensors.acoustic.authoring import SUPPORTED_ACOUSTIC_CONFIGS
+from sensors.acoustic.authoring import Acoustic as OurAcoustic
+from sensors.acoustic.sensor import AcousticSensor as OurAcousticSensor
+from sensors.annotators.specs import register_annotator_spec, unregister_annotator_spec
+from sensors.camera.authoring import RtxCamera as OurRtxCamera
+from sensors.camera.depth_camera import SingleViewDepthCameraSensor
+from sensors.camera.sensor import CameraSensor as OurCameraSensor
+from sensors.camera.structured_light import StructuredLightCamera
+from sensors.camera.tiled_sensor import TiledCameraSensor
+from sensors.configs import SUPPORTED_CAMERA_CONFIGS, SUPPORTED_LIDAR_CONFIGS
+from sensors.gmo import GenericModelOutput, parse_generic_model_output_data
+from sensors.lidar.authoring import Lidar as OurLidar
+from sensors.lidar.sensor import LidarSensor as OurLidarSensor
+from sensors.radar.authoring import Radar as OurRadar
+from sensors.radar.configs import SUPPORTED_RADAR_CONFIGS
+from sensors.radar.sensor import RadarSensor as OurRadarSensor
+from sensors.surfaces.ids import parse_object_ids, parse_stable_id_map_data
+from sensors.writers import register_writer_spec, unregister_writer_spec
+
+__all__ = [
+    "SUPPORTED_ACOUSTIC_CONFIGS",
+    "SUPPORTED_CAMERA_CONFIGS",
+    "SUPPORTED_LIDAR_CONFIGS",
+    "SUPPORTED_RADAR_CONFIGS",
+    "Acoustic",
+    "AcousticSensor",
+    "CameraSensor",
+    "GenericModelOutput",
+    "Lidar",
+    "LidarSensor",
+    "Radar",
+    "RadarSensor",
+    "RtxCamera",
+    "SingleViewDepthCameraSensor",
+    "StructuredLightCamera",
+    "TiledCameraSensor",
+    "parse_generic_model_output_data",
+    "parse_object_ids",
+    "parse_stable_id_map_data",
+    "register_annotator_spec",
+    "register_writer_spec",
+    "unregister_annotator_spec",
+    "unregister_writer_spec",
+]
+
+
+class _Authoring:
+    """What wrappers have beside our authoring objects: lists of paths and prims, poses as arrays of rows."""
+
+    path: str
+    prim: Any
+
+    @property
+    def paths(self) -> list[str]:
+        return [self.path]
+
+    @property
+    def prims(self) -> list[Any]:
+        return [self.prim]
+
+    @property
+    def valid(self) -> bool:
+        return bool(self.prim)
+
+    def __len__(self) -> int:
+        return 1
+
+    def _wrapper(self) -> Any:
+        from .prim_base import XformPrim
+
+        return XformPrim(self.path, resolve_paths=False)
+
+    def get_world_poses(self, *, indices: Any = None) -> Any:
+        return self._wrapper().get_world_poses()
+
+    def set_world_poses(self, positions: Any = None, orientations: Any = None, *, indices: Any = None) -> None:
+        self._wrapper().set_world_poses(positions, orientations)
+
+    def get_local_poses(self, *, indices: Any = None) -> Any:
+        return self._wrapper().get_local_poses()
+
+    def set_local_poses(self, translations: Any = None, orientations: Any = None, *, indices: Any = None) -> None:
+        self._wrapper().set_local_poses(translations, orientations)
+
+    @classmethod
+    def create(cls, path: Any, *, usd_path: Any = None, config: Any = None, **options: Any) -> Any:
+        """A sensor of a configuration; an asset of a sensor that is not here is its built-in configuration."""
+        from graph.isaac.assets import local_path
+
+        if usd_path is not None and config is None:
+            local = local_path(str(usd_path))
+            if local is None and "/Sensors/" in str(usd_path):
+                config, usd_path = str(usd_path).rpartition("/")[2].partition(".")[0], None
+            else:
+                usd_path = local or usd_path
+        return super().create(path, usd_path=usd_path, config=config, **options)  # type: ignore[misc]
+
+
+class Lidar(_Authoring, OurLidar): ...
+
+
+class Radar(_Authoring, OurRadar): ...
+
+
+class Acoustic(_Authoring, OurAcoustic): ...
+
+
+class RtxCamera(_Authoring, OurRtxCamera): ...
+
+
+class _Product:
+    """The render product with the calls of its prim."""
+
+    @property
+    def render_product(self) -> Any:
+        from .replicator import HydraTexture
+
+        return HydraTexture(super().render_product)  # type: ignore[misc]
+
+
+class LidarSensor(_Product, OurLidarSensor):
+    authored_by = OurLidar
+
+    def __init__(self, path: Any, **options: Any) -> None:
+        super().__init__(Lidar(path) if isinstance(path, str) else path, **options)
+
+    def get_data(self, annotator: str, *, out: Any = None) -> Any:
+        return _data(super().get_data(annotator), out)
+
+
+class RadarSensor(_Product, OurRadarSensor):
+    def __init__(self, path: Any, **options: Any) -> None:
+        super().__init__(Radar(path) if isinstance(path, str) else path, **options)
+
+    def get_data(self, annotator: str, *, out: Any = None) -> Any:
+        return _data(super().get_data(annotator), out)
+
+
+class AcousticSensor(_Product, OurAcousticSensor):
+    def __init__(self, path: Any, **options: Any) -> None:
+        super().__init__(Acoustic(path) if isinstance(path, str) else path, **options)
+
+    def get_data(self, annotator: str, *, out: Any = None) -> Any:
+        return _data(super().get_data(annotator), out)
+
+
+class CameraSensor(_Product, OurCameraSensor):
+    def get_data(self, annotator: str, out: Any = None) -> Any:
+        return _data(super().get_data(annotator), out)
+
+
+def _data(found: Any, out: Any) -> Any:
+    """(data, info) with data as scripts know it: NumPy and Warp calls; None before the first frame."""
+    import numpy as np
+
+    from graph.isaac.results import Result
+
+    data, info = found
+    if isinstance(data, np.ndarray):
+        if out is not None:
+            out[...] = data
+            return out, info
+        data = data.view(Result)
+    return data, info

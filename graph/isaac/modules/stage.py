@@ -1,0 +1,244 @@
+"""`isaacsim.core.experimental.utils.stage`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+from graph.isaac.assets import local_path, missing
+from graph.isaac.session import app, app_or_none, warn
+from graph.sim.usd import Sdf, Usd, UsdGeom, UsdPhysics
+
+from .usd import get_context, get_stage_next_free_path, save
+
+__all__ = [
+    "add_reference_to_stage",
+    "close_stage",
+    "create_new_stage",
+    "create_new_stage_async",
+    "define_prim",
+    "delete_prim",
+    "generate_next_free_path",
+    "generate_stage_representation",
+    "get_current_stage",
+    "get_stage_id",
+    "get_stage_time_code",
+    "get_stage_units",
+    "get_stage_up_axis",
+    "is_stage_loading",
+    "is_stage_set",
+    "move_prim",
+    "open_stage",
+    "open_stage_async",
+    "save_stage",
+    "set_stage_time_code",
+    "set_stage_units",
+    "set_stage_up_axis",
+    "use_stage",
+]
+_STAGES: list[Any] = []
+
+
+def get_current_stage(*, backend: str | None = None) -> Any:
+    if _STAGES:
+        return _STAGES[-1]
+    found = app_or_none()
+    if found is None:
+        raise ValueError("there is no stage; make SimulationApp(...) first")
+    if backend in ("usdrt", "fabric"):
+        from . import usdrt
+
+        return usdrt.Usd.Stage()
+    return found.stage
+
+
+@contextmanager
+def use_stage(stage: Any) -> Iterator[None]:
+    _STAGES.append(stage)
+    try:
+        yield
+    finally:
+        _STAGES.pop()
+
+
+def is_stage_set() -> bool:
+    return bool(_STAGES)
+
+
+def is_stage_loading() -> bool:
+    return False
+
+
+def get_stage_id(stage: Any) -> int:
+    return get_context().get_stage_id()
+
+
+def add_reference_to_stage(
+    usd_path: str,
+    path: str,
+    *,
+    prim_type: str = "Xform",
+    variants: Sequence[tuple[str, str]] | None = None,
+    stage: Any = None,
+) -> Any:
+    stage = stage or get_current_stage()
+    prim = stage.GetPrimAtPath(path) or stage.DefinePrim(path, prim_type)
+    refer(prim, usd_path)
+    for name, choice in variants or ():
+        prim.GetVariantSet(name).SetVariantSelection(choice)
+    return prim
+
+
+def refer(prim: Any, address: str) -> bool:
+    """Adds a reference to an asset; one that is not here is said once, and the prim stays empty."""
+    from graph.sim.scene.assets import stand_in
+
+    file = local_path(address)
+    if file is None and (found := stand_in(str(address))) is not None:
+        code, message = found.note()
+        warn(code, str(prim.GetPath()), f"{address}: {message}")
+        prim.GetReferences().AddReference(found.layer.identifier)
+        return True
+    if file is None:
+        if "://" not in str(address):
+            raise FileNotFoundError(f"{address} does not exist")
+        missing(address, str(prim.GetPath()))
+        return False
+    try:
+        layer = Sdf.Layer.FindOrOpen(file)
+    except Exception as error:  # of USD's parser
+        raise ValueError(f"{address}: USD cannot read this file: {str(error).splitlines()[-1]}") from None
+    if layer is None:
+        raise ValueError(f"{address}: USD cannot read this file")
+    if layer.defaultPrim:
+        prim.GetReferences().AddReference(file)
+    else:
+        first = next(iter(layer.rootPrims), None)
+        prim.GetReferences().AddReference(file, first.path if first else Sdf.Path())
+    return True
+
+
+def open_stage(usd_path: str) -> tuple[bool, Any]:
+    if get_context().open_stage(usd_path):
+        return True, app().stage
+    return False, None
+
+
+async def open_stage_async(usd_path: str) -> tuple[bool, Any]:
+    return open_stage(usd_path)
+
+
+def create_new_stage(*, template: str | None = None) -> Any:
+    get_context().new_stage()
+    stage = app().stage
+    if template not in (None, "empty"):
+        world = stage.DefinePrim("/World", "Xform")
+        stage.SetDefaultPrim(world)
+        from graph.sim.usd import UsdLux
+
+        UsdLux.DistantLight.Define(stage, "/Environment/defaultLight").CreateIntensityAttr(3000.0)
+    return stage
+
+
+async def create_new_stage_async(*, template: str | None = None) -> Any:
+    return create_new_stage(template=template)
+
+
+def close_stage() -> bool:
+    return get_context().close_stage()
+
+
+def save_stage(usd_path: str, save_and_reload_in_place: bool = True) -> bool:
+    if not usd_path.endswith((".usd", ".usda", ".usdc", ".usdz")):
+        raise ValueError(f"{usd_path} is not the name of a USD file")
+    return save(usd_path)
+
+
+def define_prim(path: str, type_name: str = "Xform") -> Any:
+    stage = get_current_stage()
+    if not Sdf.Path.IsValidPathString(str(path)) or not str(path).startswith("/"):
+        raise ValueError(f"{path!r} is not the path of a prim")
+    prim = stage.GetPrimAtPath(path)
+    if prim:
+        if prim.GetTypeName() != type_name:
+            raise RuntimeError(f"there is a {prim.GetTypeName() or 'typeless prim'} at {path}, not a {type_name}")
+        return prim
+    return stage.DefinePrim(path, type_name)
+
+
+def delete_prim(prim: Any) -> bool:
+    path = prim if isinstance(prim, str) else prim.GetPath()
+    stage = get_current_stage()
+    if not stage.GetPrimAtPath(path):
+        return False
+    return bool(stage.RemovePrim(path))
+
+
+def move_prim(target: Any, destination: Any) -> tuple[bool, str]:
+    source = str(target if isinstance(target, str) else target.GetPath())
+    to = str(destination if isinstance(destination, str) else destination.GetPath())
+    stage = get_current_stage()
+    if stage.GetPrimAtPath(to) and not isinstance(destination, str):
+        to = f"{to}/{source.rpartition('/')[2]}"
+    editor = Usd.NamespaceEditor(stage)
+    done = bool(editor.MovePrimAtPath(source, to) and editor.ApplyEdits())
+    return done, to
+
+
+def generate_next_free_path(path: str | None = None, *, prepend_default_prim: bool = True) -> str:
+    stage = get_current_stage()
+    return get_stage_next_free_path(stage, path or "/Prim", prepend_default_prim)
+
+
+def generate_stage_representation(mode: str = "tree") -> str:
+    prims = list(get_current_stage().Traverse())
+    if mode == "list":
+        return "\n".join(f"{prim.GetPath()} ({prim.GetTypeName()})" for prim in prims)
+    return "\n".join(
+        "  " * (prim.GetPath().pathElementCount - 1) + f"{prim.GetName()} ({prim.GetTypeName()})" for prim in prims
+    )
+
+
+def get_stage_units() -> tuple[float, float]:
+    stage = get_current_stage()
+    return UsdGeom.GetStageMetersPerUnit(stage), UsdPhysics.GetStageKilogramsPerUnit(stage)
+
+
+def set_stage_units(*, meters_per_unit: float | None = None, kilograms_per_unit: float | None = None) -> None:
+    stage = get_current_stage()
+    if meters_per_unit is not None:
+        UsdGeom.SetStageMetersPerUnit(stage, meters_per_unit)
+    if kilograms_per_unit is not None:
+        UsdPhysics.SetStageKilogramsPerUnit(stage, kilograms_per_unit)
+
+
+def get_stage_up_axis() -> str:
+    return str(UsdGeom.GetStageUpAxis(get_current_stage()))
+
+
+def set_stage_up_axis(up_axis: str) -> None:
+    UsdGeom.SetStageUpAxis(get_current_stage(), up_axis)
+
+
+def get_stage_time_code() -> tuple[float, float, float]:
+    stage = get_current_stage()
+    return stage.GetStartTimeCode(), stage.GetEndTimeCode(), stage.GetTimeCodesPerSecond()
+
+
+def set_stage_time_code(
+    *,
+    start_time_code: float | None = None,
+    end_time_code: float | None = None,
+    time_codes_per_second: float | None = None,
+) -> None:
+    stage, timeline = get_current_stage(), app().timeline
+    if time_codes_per_second is not None:
+        stage.SetTimeCodesPerSecond(time_codes_per_second)
+        timeline.set_time_codes_per_second(time_codes_per_second)
+    if start_time_code is not None:
+        stage.SetStartTimeCode(start_time_code)
+        timeline.set_start_time(start_time_code / timeline.get_time_codes_per_second())
+    if end_time_code is not None:
+        stage.SetEndTimeCode(end_time_code)
+        timeline.set_end_time(end_time_code / timeline.get_time_codes_per_second())

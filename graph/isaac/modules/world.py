@@ -1,0 +1,628 @@
+"""`isaacsim.core.api`: SimulationContext, World, Scene, PhysicsContext, tasks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from graph.isaac.outcomes import tell_inert
+from graph.isaac.session import app, kit, warn
+from graph.sim.usd import UsdGeom, UsdPhysics
+
+from .old_objects import GroundPlane
+from .prims import attribute
+
+__all__ = [
+    "BaseTask",
+    "DataLogger",
+    "FollowTarget",
+    "PhysicsContext",
+    "PickPlace",
+    "Scene",
+    "SimulationContext",
+    "World",
+]
+
+
+class PhysicsContext:
+    _gravity = 9.81
+
+    def __init__(
+        self,
+        physics_dt: float | None = None,
+        prim_path: str = "/physicsScene",
+        sim_params: Any = None,
+        set_defaults: bool = True,
+    ) -> None:
+        from graph.sim.scene.scene_attributes import scene_prims
+
+        stage = app().stage
+        found = next(scene_prims(stage), None)
+        self.prim_path = prim_path if found is None else str(found.GetPath())
+        self._scene = UsdPhysics.Scene.Define(stage, self.prim_path)
+        self.device = "cpu"
+        if set_defaults and found is None:
+            self.set_gravity(-self._gravity / app().meters_per_unit)
+        if physics_dt is not None or (set_defaults and found is None):
+            self.set_physics_dt(physics_dt or 1 / 60)
+
+    def get_current_physics_scene_prim(self) -> Any:
+        return app().stage.GetPrimAtPath(self.prim_path)
+
+    def set_physics_dt(self, dt: float = 1 / 60, substeps: int = 1) -> None:
+        app().simulation.setup_simulation(dt=dt)
+
+    def get_physics_dt(self) -> float:
+        return float(app().simulation.get_physics_dt())
+
+    def set_gravity(self, value: float) -> None:
+        up = (0.0, 1.0, 0.0) if UsdGeom.GetStageUpAxis(app().stage) == "Y" else (0.0, 0.0, 1.0)
+        sign = -1.0 if value <= 0 else 1.0
+        self._scene.CreateGravityDirectionAttr().Set(tuple(sign * one for one in up))
+        self._scene.CreateGravityMagnitudeAttr().Set(abs(float(value)))
+
+    def get_gravity(self) -> tuple[list[float], float]:
+        direction = self._scene.GetGravityDirectionAttr().Get() or (0, 0, -1)
+        return list(direction), float(self._scene.GetGravityMagnitudeAttr().Get() or 0.0)
+
+    def warm_start(self) -> None:
+        app().simulation.initialize_physics()
+
+    @property
+    def use_fabric(self) -> bool:
+        return bool(app().simulation.is_fabric_enabled())
+
+    def enable_fabric(self, enable: bool) -> None:
+        app().simulation.enable_fabric(enable)
+
+    def __getattr__(self, name: str) -> Any:
+        """PhysX's settings of the scene: stored on its prim; those that it does not have do nothing."""
+        word, _, rest = name.partition("_")
+        if name.startswith("__") or word not in ("set", "get", "enable", "is", "use") or not rest:
+            raise AttributeError(f"PhysicsContext has no {name}")
+        key = _SCENE.get(rest.removesuffix("_enabled"))
+        if key is None:
+
+            def nothing(*_: Any, **__: Any) -> Any:
+                tell_inert(f"isaacsim.core.api.PhysicsContext.{name}")
+                return False if word in ("is", "get") else None
+
+            return nothing
+        short, kind, default = key
+        prim = self.get_current_physics_scene_prim()
+        if word in ("set", "enable"):
+            return lambda value: attribute(prim, f"physxScene:{short}", kind, value)
+        found = prim.GetAttribute(f"physxScene:{short}")
+        return lambda: found.Get() if found and found.HasAuthoredValue() else default
+
+
+_SCENE: dict[str, tuple[str, str, Any]] = {
+    "ccd": ("enableCCD", "bool", False),
+    "stablization": ("enableStabilization", "bool", False),
+    "stabilization": ("enableStabilization", "bool", False),
+    "gpu_dynamics": ("enableGPUDynamics", "bool", False),
+    "solver_type": ("solverType", "token", "TGS"),
+    "broadphase_type": ("broadphaseType", "token", "MBP"),
+    "bounce_threshold": ("bounceThreshold", "float", 0.2),
+    "friction_offset_threshold": ("frictionOffsetThreshold", "float", 0.04),
+    "friction_correlation_distance": ("frictionCorrelationDistance", "float", 0.025),
+    "enable_scene_query_support": ("enableSceneQuerySupport", "bool", True),
+    "invert_collision_group_filter": ("invertCollisionGroupFilter", "bool", False),
+}
+
+
+class SimulationContext:
+    _kind: Any = None
+
+    def __new__(cls, *_: Any, **__: Any) -> Any:
+        found = kit().singletons.get(SimulationContext)
+        if found is not None:
+            warn("isaac-singleton", cls.__name__, "there is one already; it is used. clear_instance() ends it")
+            return found
+        made = super().__new__(cls)
+        kit().singletons[SimulationContext] = made
+        return made
+
+    def __init__(
+        self,
+        physics_dt: float | None = None,
+        rendering_dt: float | None = None,
+        stage_units_in_meters: float | None = None,
+        physics_prim_path: str = "/physicsScene",
+        sim_params: Any = None,
+        set_defaults: bool = True,
+        backend: str = "numpy",
+        device: str | None = None,
+        stage: Any = None,
+    ) -> None:
+        if "_context" in self.__dict__:
+            return
+        if backend not in ("numpy", "warp"):
+            from graph.isaac.outcomes import UnsupportedError
+
+            raise UnsupportedError(f'backend "{backend}": arrays here are NumPy\'s; use backend="numpy"')
+        present = app()
+        present.stop()
+        UsdGeom.SetStageUpAxis(present.stage, UsdGeom.Tokens.z)
+        if stage_units_in_meters is not None or set_defaults:
+            UsdGeom.SetStageMetersPerUnit(present.stage, stage_units_in_meters or 1.0)
+        self.backend, self.device, self.backend_utils = backend, device or "cpu", None
+        self._callbacks: dict[str, dict[str, Callable[[], None]]] = {}
+        self._context = PhysicsContext(physics_dt, physics_prim_path, sim_params, set_defaults)
+        if rendering_dt is not None or set_defaults:
+            present.rendering.set_dt(rendering_dt if rendering_dt else 1 / 60)
+        kit().turn()
+
+    @classmethod
+    def instance(cls) -> Any:
+        return kit().singletons.get(SimulationContext)
+
+    @classmethod
+    def clear_instance(cls) -> None:
+        found = kit().singletons.pop(SimulationContext, None)
+        if found is not None:
+            found.clear_all_callbacks()
+
+    # -- driving -------------------------------------------------------------------------------------------------------
+
+    @property
+    def app(self) -> Any:
+        from .kit_app import get_app
+
+        return get_app()
+
+    @property
+    def stage(self) -> Any:
+        return app().stage
+
+    @property
+    def physics_sim_view(self) -> Any:
+        return app().simulation.get_physics_simulation_view()
+
+    @property
+    def current_time(self) -> float:
+        return float(app().simulation.time)
+
+    @property
+    def current_time_step_index(self) -> int:
+        return int(app().simulation.get_num_physics_steps())
+
+    def get_physics_context(self) -> PhysicsContext:
+        return self._context
+
+    def get_physics_dt(self) -> float:
+        return self._context.get_physics_dt()
+
+    def get_rendering_dt(self) -> float:
+        return float(app().rendering.get_dt())
+
+    def set_simulation_dt(self, physics_dt: float | None = None, rendering_dt: float | None = None) -> None:
+        if physics_dt:
+            self._context.set_physics_dt(physics_dt)
+        if rendering_dt:
+            app().rendering.set_dt(rendering_dt)
+
+    def is_playing(self) -> bool:
+        return app().timeline.is_playing()
+
+    def is_stopped(self) -> bool:
+        return app().timeline.is_stopped()
+
+    def is_simulating(self) -> bool:
+        return bool(app().simulation.is_simulating())
+
+    def play(self) -> None:
+        app().play()
+        self.render()
+
+    def pause(self) -> None:
+        app().pause()
+        self.render()
+
+    def stop(self) -> None:
+        app().stop()
+        self.render()
+
+    def render(self) -> None:
+        from graph.isaac.session import RUN
+
+        run = RUN.get()
+        if run is not None:
+            run.check()
+        app().rendering.render()
+        kit().turn()
+
+    def step(self, render: bool = True, step_sim: bool = True, update_fabric: bool = False) -> None:
+        if render:
+            kit().update()
+        elif app().timeline.is_playing():
+            app().simulation.step(steps=1)
+
+    def initialize_physics(self) -> None:
+        if app().timeline.is_stopped():
+            self.play()
+        app().simulation.initialize_physics()
+
+    def reset(self, soft: bool = False) -> None:
+        if not soft:
+            self.stop()
+        self.initialize_physics()
+
+    async def _after(self) -> None:
+        await kit().next_update()
+
+    async def initialize_simulation_context_async(self) -> None:
+        await self._after()
+
+    async def play_async(self) -> None:
+        app().play()
+        await self._after()
+
+    async def pause_async(self) -> None:
+        app().pause()
+        await self._after()
+
+    async def stop_async(self) -> None:
+        app().stop()
+        await self._after()
+
+    async def render_async(self) -> None:
+        await self._after()
+
+    async def reset_async(self, soft: bool = False) -> None:
+        self.reset(soft)
+        await self._after()
+
+    # -- callbacks -----------------------------------------------------------------------------------------------------
+
+    def _add(self, kind: str, name: str, begin: Callable[[], Callable[[], None]]) -> None:
+        held = self._callbacks.setdefault(kind, {})
+        if name in held:
+            warn("isaac-callback", name, f"there is a {kind} callback of that name already; the new one is left out")
+        else:
+            held[name] = begin()
+
+    def add_physics_callback(self, callback_name: str, callback_fn: Any) -> None:
+        def step() -> None:
+            callback_fn(float(1 / app().simulation.steps_per_second))
+
+        self._add("physics", callback_name, lambda: app().on("physics_pre_step", step))
+
+    def add_render_callback(self, callback_name: str, callback_fn: Any) -> None:
+        held = kit().update_stream.create_subscription_to_pop(callback_fn)
+        self._add("render", callback_name, lambda: held.unsubscribe)
+
+    def add_timeline_callback(self, callback_name: str, callback_fn: Any) -> None:
+        held = kit().timeline_events.create_subscription_to_pop(callback_fn)
+        self._add("timeline", callback_name, lambda: held.unsubscribe)
+
+    def add_stage_callback(self, callback_name: str, callback_fn: Any) -> None:
+        held = kit().stage_events.create_subscription_to_pop(callback_fn)
+        self._add("stage", callback_name, lambda: held.unsubscribe)
+
+    def clear_all_callbacks(self) -> None:
+        for kind in list(self._callbacks):
+            self._clear(kind)
+
+    def _clear(self, kind: str) -> None:
+        for end in self._callbacks.pop(kind, {}).values():
+            end()
+
+    def clear(self) -> None:
+        self.clear_all_callbacks()
+
+    def __getattr__(self, name: str) -> Any:
+        """`remove_physics_callback`, `physics_callback_exists`, `clear_physics_callbacks` and those of other kinds."""
+        for kind in ("physics", "render", "timeline", "stage"):
+            if name == f"remove_{kind}_callback":
+                return lambda callback_name: self._callbacks.get(kind, {}).pop(callback_name, lambda: None)()
+            if name == f"{kind}_callback_exists":
+                return lambda callback_name: callback_name in self._callbacks.get(kind, {})
+            if name == f"clear_{kind}_callbacks":
+                return lambda: self._clear(kind)
+        raise AttributeError(f"{type(self).__name__} has no {name}")
+
+    def get_block_on_render(self) -> bool:
+        return True
+
+    def set_block_on_render(self, block: bool) -> None:
+        return None
+
+    def skip_next_stage_open_callback(self) -> None:
+        return None
+
+
+class Scene:
+    def __init__(self) -> None:
+        self._objects: dict[str, Any] = {}
+
+    @property
+    def stage(self) -> Any:
+        return app().stage
+
+    def add(self, obj: Any) -> Any:
+        if obj.name in self._objects:
+            raise Exception(f"Cannot add the object {obj.name} to the scene since its name is not unique")
+        self._objects[obj.name] = obj
+        return obj
+
+    def get_object(self, name: str) -> Any:
+        return self._objects.get(name)
+
+    def object_exists(self, name: str) -> bool:
+        return name in self._objects
+
+    def remove_object(self, name: str, registry_only: bool = False) -> None:
+        found = self._objects.pop(name, None)
+        if found is not None and not registry_only:
+            app().stage.RemovePrim(found.prim_path)
+
+    def clear(self, registry_only: bool = False) -> None:
+        for name in list(self._objects):
+            self.remove_object(name, registry_only)
+
+    def add_ground_plane(
+        self,
+        size: float | None = None,
+        z_position: float = 0,
+        name: str = "ground_plane",
+        prim_path: str = "/World/groundPlane",
+        static_friction: float = 0.5,
+        dynamic_friction: float = 0.5,
+        restitution: float = 0.8,
+        color: Any = None,
+    ) -> GroundPlane:
+        from .materials import PhysicsMaterial
+
+        material = PhysicsMaterial(
+            f"{prim_path}/material", "ground_material", static_friction, dynamic_friction, restitution
+        )
+        made = GroundPlane(prim_path, name, size, z_position, color=color, physics_material=material)
+        self.add(made)
+        return made
+
+    def add_default_ground_plane(
+        self,
+        z_position: float = 0,
+        name: str = "default_ground_plane",
+        prim_path: str = "/World/defaultGroundPlane",
+        static_friction: float = 0.5,
+        dynamic_friction: float = 0.5,
+        restitution: float = 0.8,
+    ) -> GroundPlane:
+        return self.add_ground_plane(None, z_position, name, prim_path, static_friction, dynamic_friction, restitution)
+
+    def compute_object_AABB(self, name: str) -> tuple[np.ndarray, np.ndarray]:
+        from .prim_utils import compute_aabb
+
+        box = compute_aabb(self._objects[name].prim_path)
+        return box[:3], box[3:]
+
+    def enable_bounding_boxes_computations(self) -> None:
+        return None
+
+    disable_bounding_boxes_computations = enable_bounding_boxes_computations
+
+    def post_reset(self) -> None:
+        for one in self._objects.values():
+            one.post_reset()
+
+    def initialize(self) -> None:
+        """Gives every object its physics."""
+        for one in self._objects.values():
+            one.initialize(None)
+
+
+class DataLogger:
+    def __init__(self) -> None:
+        self._frames: list[dict[str, Any]] = []
+        self._function: Any = None
+        self._on = False
+
+    def add_data_frame_logging_func(self, func: Any) -> None:
+        self._function = func
+
+    def start(self) -> None:
+        self._on = True
+
+    def pause(self) -> None:
+        self._on = False
+
+    def is_started(self) -> bool:
+        return self._on
+
+    def reset(self) -> None:
+        self._frames.clear()
+
+    def get_num_of_data_frames(self) -> int:
+        return len(self._frames)
+
+    def get_data_frame(self, data_frame_index: int) -> Any:
+        from .values import DataFrame
+
+        one = self._frames[data_frame_index]
+        return DataFrame(one["current_time_step"], one["current_time"], one["data"])
+
+    def add_data(self, data: Any, current_time_step: float, current_time: float) -> None:
+        self._frames.append({"current_time": current_time, "current_time_step": current_time_step, "data": data})
+
+    def save(self, log_path: str) -> None:
+        import json
+        from pathlib import Path
+
+        from graph.base.outputs import write
+
+        write(Path(log_path), json.dumps({"Isaac Sim Data": self._frames}, default=_listed))
+
+    def load(self, log_path: str) -> None:
+        import json
+
+        from graph.base.inputs import read_text
+
+        self._frames = json.loads(read_text(log_path, "file.bytes"))["Isaac Sim Data"]
+
+    def take(self, world: Any) -> None:
+        """Logs a frame, if it is on."""
+        if self._on and self._function is not None:
+            data = self._function(world.get_current_tasks(), world.scene)
+            self.add_data(data, world.current_time_step_index, world.current_time)
+
+
+def _listed(value: Any) -> Any:
+    return value.tolist() if hasattr(value, "tolist") else str(value)
+
+
+class World(SimulationContext):
+    def __init__(self, *args: Any, **named: Any) -> None:
+        if "scene" in self.__dict__:
+            return
+        super().__init__(*args, **named)
+        self.scene = Scene()
+        self._tasks: dict[str, Any] = {}
+        self._built = False
+        self._logger = DataLogger()
+
+    def add_task(self, task: Any) -> None:
+        if task.name in self._tasks:
+            raise Exception(f"Task name should be unique in the world: {task.name}")
+        self._tasks[task.name] = task
+
+    def get_task(self, name: str) -> Any:
+        if name not in self._tasks:
+            raise Exception(f"task name {name} doesn't exist in the current world tasks.")
+        return self._tasks[name]
+
+    def get_current_tasks(self) -> dict[str, Any]:
+        return self._tasks
+
+    def is_tasks_scene_built(self) -> bool:
+        return self._built
+
+    def get_observations(self, task_name: str | None = None) -> dict[str, Any]:
+        if task_name is not None:
+            return dict(self.get_task(task_name).get_observations())
+        out: dict[str, Any] = {}
+        for task in self._tasks.values():
+            out.update(task.get_observations())
+        return out
+
+    def calculate_metrics(self, task_name: str | None = None) -> dict[str, Any]:
+        if task_name is not None:
+            return dict(self.get_task(task_name).calculate_metrics())
+        out: dict[str, Any] = {}
+        for task in self._tasks.values():
+            out.update(task.calculate_metrics())
+        return out
+
+    def is_done(self, task_name: str | None = None) -> bool:
+        if task_name is not None:
+            return bool(self.get_task(task_name).is_done())
+        return all(task.is_done() for task in self._tasks.values())
+
+    def get_data_logger(self) -> DataLogger:
+        return self._logger
+
+    def reset(self, soft: bool = False) -> None:
+        if not self._built:
+            for task in self._tasks.values():
+                task.set_up_scene(self.scene)
+            self._built = True
+        if not soft:
+            self.stop()
+        for task in self._tasks.values():
+            task.cleanup()
+        self.initialize_physics()
+        self.scene.initialize()
+        self.scene.post_reset()
+        for task in self._tasks.values():
+            task.post_reset()
+
+    async def reset_async_set_up_scene(self, soft: bool = False) -> None:
+        await self.reset_async(soft)
+
+    async def reset_async_no_set_up_scene(self, soft: bool = False) -> None:
+        await self.reset_async(soft)
+
+    def step(self, render: bool = True, step_sim: bool = True, update_fabric: bool = False) -> None:
+        if self._built and step_sim:
+            for task in self._tasks.values():
+                task.pre_step(self.current_time_step_index, self.current_time)
+        if step_sim:
+            super().step(render)
+            self._logger.take(self)
+        elif render:
+            self.render()
+
+    async def step_async(self, step_size: float | None = None) -> None:
+        await self._after()
+
+    def clear(self) -> None:
+        self.scene.clear()
+        self._tasks.clear()
+        super().clear()
+
+
+class BaseTask:
+    def __init__(self, name: str, offset: Any = None) -> None:
+        self._name, self._scene = name, None
+        self._offset = np.zeros(3) if offset is None else np.asarray(offset)
+        self._task_objects: dict[str, Any] = {}
+
+    @property
+    def name(self) -> str:
+        return self._name
+
+    @property
+    def scene(self) -> Any:
+        return self._scene
+
+    @property
+    def device(self) -> str:
+        return "cpu"
+
+    def set_up_scene(self, scene: Any) -> None:
+        self._scene = scene
+
+    def _move_task_objects_to_their_frame(self) -> None:
+        for one in self._task_objects.values():
+            position, orientation = one.get_world_pose()
+            one.set_world_pose(position + self._offset, orientation)
+            one.set_default_state(position + self._offset, orientation)
+
+    def get_task_objects(self) -> dict[str, Any]:
+        return self._task_objects
+
+    def get_observations(self) -> dict[str, Any]:
+        raise NotImplementedError
+
+    def calculate_metrics(self) -> dict[str, Any]:
+        raise NotImplementedError
+
+    def is_done(self) -> bool:
+        raise NotImplementedError
+
+    def pre_step(self, time_step_index: int, simulation_time: float) -> None:
+        return None
+
+    def post_reset(self) -> None:
+        return None
+
+    def get_description(self) -> str:
+        return ""
+
+    def cleanup(self) -> None:
+        return None
+
+    def set_params(self, *args: Any, **kwargs: Any) -> None:
+        raise NotImplementedError
+
+    def get_params(self) -> dict[str, Any]:
+        raise NotImplementedError
+
+
+class FollowTarget(BaseTask): ...
+
+
+class PickPlace(BaseTask): ...

@@ -1,0 +1,111 @@
+"""Graphs of a script and their prims on the stage, both ways."""
+
+import pytest
+
+SETUP = """from isaacsim import SimulationApp
+app = SimulationApp({"headless": True})
+import omni.graph.core as og, omni.usd, omni.timeline
+from pxr import Sdf
+keys = og.Controller.Keys
+og.Controller.edit({"graph_path": "/World/G", "evaluator_name": "execution"}, {
+    keys.CREATE_NODES: [
+        ("tick", "omni.graph.action.OnPlaybackTick"),
+        ("count", "omni.graph.action.Counter"),
+        ("clock", "isaacsim.ros2.bridge.ROS2PublishClock"),
+    ],
+    keys.CONNECT: [("tick.outputs:tick", "count.inputs:execIn")],
+    keys.SET_VALUES: [("clock.inputs:topicName", "a")],
+})
+stage = omni.usd.get_context().get_stage()
+clock = stage.GetPrimAtPath("/World/G/clock")
+timeline = omni.timeline.get_timeline_interface()
+def run(updates):
+    timeline.play()
+    for _ in range(updates):
+        app.update()
+"""
+
+
+@pytest.fixture
+def printed(run_script):
+    def run(text):
+        code, out, err = run_script(SETUP + text + "\napp.close()\n")
+        assert code == 0, err
+        return out.splitlines(), err
+
+    return run
+
+
+def test_an_edit_leaves_prims(printed):
+    lines, _ = printed("""
+print(stage.GetPrimAtPath("/World/G").GetTypeName(), clock.GetTypeName(), clock.GetAttribute("node:type").Get())
+print(clock.GetAttribute("inputs:topicName").Get(), stage.GetPrimAtPath("/World").GetTypeName())
+print(stage.GetPrimAtPath("/World/G/count").GetAttribute("inputs:execIn").GetConnections())
+og.Controller.attribute("/World/G/clock.inputs:topicName").set("b")
+print(clock.GetAttribute("inputs:topicName").Get())
+og.Controller.delete_node("/World/G/count")
+print(bool(stage.GetPrimAtPath("/World/G/count")))
+""")
+    assert lines == [
+        "OmniGraph OmniGraphNode isaacsim.ros2.bridge.ROS2PublishClock",
+        "a Xform",
+        "[Sdf.Path('/World/G/tick.outputs:tick')]",
+        "b",
+        "False",
+    ]
+
+
+def test_values_connections_nodes_and_variables_of_the_stage_reach_the_graph(printed):
+    lines, err = printed("""
+clock.GetAttribute("inputs:topicName").Set("other")
+clock.GetAttribute("inputs:execIn").AddConnection("/World/G/tick.outputs:tick")
+node = stage.DefinePrim("/World/G/second", "OmniGraphNode")
+node.CreateAttribute("node:type", Sdf.ValueTypeNames.Token).Set("omni.graph.action.Counter")
+node.CreateAttribute("node:typeVersion", Sdf.ValueTypeNames.Int).Set(1)
+node.CreateAttribute("inputs:execIn", Sdf.ValueTypeNames.UInt).AddConnection("/World/G/tick.outputs:tick")
+variable = stage.GetPrimAtPath("/World/G").CreateAttribute("graph:variable:speed", Sdf.ValueTypeNames.Double)
+variable.Set(2.5)
+print(og.Controller.get("/World/G/clock.inputs:topicName"))
+print(og.get_graph_by_path("/World/G").find_variable("speed").get())
+run(3)
+print(og.Controller.get("/World/G/second.outputs:count"))
+""")
+    assert lines == ["other", "2.5", "3"]
+    assert "/other" in err
+    assert "3  rosgraph_msgs/msg/Clock" in err
+
+
+def test_removed_prims_are_removed_nodes_and_graphs(printed):
+    lines, _ = printed("""
+print(stage.RemovePrim("/World/G/count"), og.get_node_by_path("/World/G/count"))
+run(2)
+timeline.stop()
+app.update()
+print([prim.GetName() for prim in stage.GetPrimAtPath("/World/G").GetChildren()])
+print(stage.RemovePrim("/World/G"), og.get_graph_by_path("/World/G"), og.get_all_graphs())
+""")
+    assert lines == ["True None", "['tick', 'clock']", "True None []"]
+
+
+def test_a_stop_keeps_edits_of_graphs_on_the_stage(printed):
+    lines, _ = printed("""
+run(2)
+og.Controller.edit("/World/G", {keys.CREATE_NODES: [("late", "omni.graph.action.Counter")]})
+og.Controller.attribute("/World/G/clock.inputs:topicName").set("late")
+timeline.stop()
+app.update()
+print(bool(stage.GetPrimAtPath("/World/G/late")), clock.GetAttribute("inputs:topicName").Get())
+print(og.Controller.get("/World/G/clock.inputs:topicName"))
+""")
+    assert lines == ["True late", "late"]
+
+
+def test_a_wrong_edit_of_the_stage_is_a_warning_and_the_rest_counts(printed):
+    lines, err = printed("""
+node = stage.DefinePrim("/World/G/odd", "OmniGraphNode")
+node.CreateAttribute("node:type", Sdf.ValueTypeNames.Token).Set("acme.Nope")
+clock.GetAttribute("inputs:topicName").Set("good")
+print(og.get_node_by_path("/World/G/odd"), og.Controller.get("/World/G/clock.inputs:topicName"))
+""")
+    assert lines == ["None good"]
+    assert "stage-edit-refused: /World/G" in err
