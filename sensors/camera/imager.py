@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from .correspondence import INVALID, Reference, correspondence, reference_of
 from .entities import PixelNumbers, entities_of
 from .line_exposure import LineExposure
 from .motion import Instant, motion_vectors
-from .picture import Pictures, has_projector, looks_of
+from .picture import Pictures, has_projector, light_places, looks_of
 from .rays import CameraRays
 from .shading import aces_curve, srgb
 from .smooth import smooth_surfaces, smoothen
@@ -39,6 +40,18 @@ DRAWN = frozenset(
 MOST_HALF = 65504.0
 """The largest number of float16."""
 BOXES = frozenset({TIGHT, LOOSE, BOX, AROUND})
+Images = list[tuple[str, np.ndarray]]
+"""Channels, each with a row for every pixel, or for every box."""
+Key = tuple[Any, ...]
+
+
+@dataclass(slots=True)
+class _Kept:
+    """The images of a tick, which are those of the next while the key stays. light: of colours with noise [nit]."""
+
+    key: Key | None
+    arrays: dict[str, np.ndarray]
+    light: np.ndarray | None
 
 
 class Imager(Model["CameraRuntime"]):
@@ -47,36 +60,87 @@ class Imager(Model["CameraRuntime"]):
     def __init__(self, camera: CameraRuntime) -> None:
         super().__init__(camera)
         self._config, self._history = camera.config, camera.history
-        self._number = 0
         self._numbers = PixelNumbers()
         self._rays: CameraRays | None = None
         self._pictures: Pictures | None = None
         self._drawn: DrawnCamera | None = None
         self._before: Instant | None = None
+        self._kept: _Kept | None = None
         self._between: tuple[CastWorld, frozenset[str], Shadows] | None = None
 
     def reset(self) -> None:
         """Forgets where everything was."""
         self._put_away()
-        self._before = None
+        self._before = self._kept = None
 
     def measure(self, tick: Tick, number: int) -> Measurement:
-        """The image of a tick, the frame `number`."""
-        self._number = number
+        """The image of a tick, the frame `number`. Its arrays are read-only: frames of what stands share them."""
+        wanted, pose = self._sensor.channels(), self._sensor.pose(tick.poses)
+        arrays = self._arrays(tick, wanted, pose, number) if wanted else {}
         width, height = self._config.size
-        wanted, images, pose = self._sensor.channels(), [], None
-        if wanted & DRAWN and self._draws():
-            pose = self._sensor.pose(tick.poses)
-            images, wanted = self._draw(tick, pose, wanted & DRAWN), wanted - DRAWN
-        if wanted:
-            pose, cast = self._cast(tick, wanted)
-            images += cast
-        elif pose is None:
-            pose = self._sensor.pose(tick.poses)
-        arrays = {
-            name: array if name in BOXES else array.reshape(height, width, *array.shape[1:]) for name, array in images
-        }
         return Measurement(arrays, width * height, None if self._history is not None else (pose, pose))
+
+    def _arrays(self, tick: Tick, wanted: frozenset[str], pose: np.ndarray, number: int) -> dict[str, np.ndarray]:
+        lines = self._lines(tick)
+        key = self._standing(tick, wanted, pose, lines)
+        shown = self._kept
+        if shown is None or key is None or shown.key != key:
+            shown = self._made(tick, wanted, pose, lines, key)
+            self._kept = None if key is None else shown
+        if shown.light is None:
+            return dict(shown.arrays)
+        return {**shown.arrays, RGB: self._locked(RGB, self._picture(shown.light, number))}
+
+    def _made(
+        self, tick: Tick, wanted: frozenset[str], pose: np.ndarray, lines: LineExposure | None, key: Key | None
+    ) -> _Kept:
+        """The images of a tick, drawn or cast; without the colours that have noise, but with their light."""
+        images: Images = []
+        light, cast = None, wanted
+        if wanted & DRAWN and self._draws():
+            images, light = self._draw(tick, pose, wanted & DRAWN)
+            cast = wanted - DRAWN
+        if cast:
+            found, by_rays = self._cast(tick, cast, pose, lines)
+            images += found
+            light = by_rays if RGB in cast else light
+            if by_rays is not None and HDR in cast:
+                images.append((HDR, np.clip(by_rays, 0, MOST_HALF).astype(np.float16)))
+        noisy = self._app.fidelity.camera_noise
+        if light is not None and RGB in wanted and not noisy:
+            images.append((RGB, self._picture(light)))
+        arrays = {name: self._locked(name, array) for name, array in images}
+        return _Kept(key, arrays, light if noisy and RGB in wanted else None)
+
+    def _locked(self, name: str, array: np.ndarray) -> np.ndarray:
+        """An array of a frame, which nobody may write; images by rows."""
+        width, height = self._config.size
+        shaped = array if name in BOXES else array.reshape(height, width, *array.shape[1:])
+        shaped.setflags(write=False)
+        return shaped
+
+    def _standing(
+        self, tick: Tick, wanted: frozenset[str], pose: np.ndarray, lines: LineExposure | None
+    ) -> Key | None:
+        """What decides what the images show: equal where nothing changed; None where it is not known."""
+        app, poses = self._app, tick.poses
+        world = cast_world(app)
+        if world.soft or app.live is None:
+            return None
+        if lines is not None and not lines.rests(world):
+            return None
+        bodies = world.body_poses(poses)
+        settings = app.fidelity.camera_backend, app.fidelity.camera_noise, app.settings.get(CAMERA_TONE)
+        places = [pose if lines is None else lines.poses(), *([] if bodies is None else [bodies])]
+        if wanted & LIT:
+            places.append(light_places(app, world, poses))
+        if CROSS in wanted and (other := self._other()) is not None:
+            places.append(other.pose(poses))
+        before = self._before
+        moves = "motion_vectors" in wanted and before is not None and before.world is world
+        if moves and before is not None:
+            places += [before.pose, *([] if before.bodies is None else [before.bodies])]
+        return world, app.live.watch.edits, wanted, moves, settings, [place.tobytes() for place in places]
 
     def _lines(self, tick: Tick) -> LineExposure | None:
         shutter = self._config.shutter
@@ -109,8 +173,8 @@ class Imager(Model["CameraRuntime"]):
             self._drawn.close()
         self._drawn = None
 
-    def _draw(self, tick: Tick, pose: np.ndarray, wanted: frozenset[str]) -> list[tuple[str, np.ndarray]]:
-        """Channels in demand as OpenGL draws them."""
+    def _draw(self, tick: Tick, pose: np.ndarray, wanted: frozenset[str]) -> tuple[Images, np.ndarray | None]:
+        """Channels in demand as OpenGL draws them, and the light [nit] of each pixel if colours are among them."""
         from .drawn import DrawnCamera
 
         app = self._app
@@ -121,54 +185,62 @@ class Imager(Model["CameraRuntime"]):
             self._drawn = DrawnCamera(self._config, *seen, app.fidelity.camera_samples, pose)
         drawn = self._drawn
         view = drawn.look(pose, tick.poses, self._exclude)
-        images = self._images(view, tick, wanted)
+        images, light = self._images(view, tick, wanted), None
         if RGB in wanted:
             lighting = self._colours().lighting(app, world, pose, tick.poses)
             if (count := len(lighting.lights)) > drawn.most_lights:
                 said = f"OpenGL shows the {drawn.most_lights} brightest of its {count} lights"
                 app.warn("lights-left-out", self._path, f"{said}; camera.backend=rays shows all")
-            images += self._lit(drawn.radiance(view, pose, lighting), wanted)
-        return images
+            light = drawn.radiance(view, pose, lighting)
+        return images, light
 
-    def _cast(self, tick: Tick, wanted: frozenset[str]) -> tuple[np.ndarray, list[tuple[str, np.ndarray]]]:
-        """The pose, (4, 4) float64 [m], and channels in demand by rays."""
+    def _cast(
+        self, tick: Tick, wanted: frozenset[str], pose: np.ndarray, lines: LineExposure | None
+    ) -> tuple[Images, np.ndarray | None]:
+        """Channels in demand by rays from a pose, and the light [nit] of each pixel if colours are among them."""
         app = self._app
-        world, lines = cast_world(app), self._lines(tick)
+        world = cast_world(app)
         lit = bool(wanted & LIT) and self._colours().samples == 1
         normals = lit or "normals" in wanted
         shapes = smooth_surfaces(app, world) if normals else {}
         spots = bool(shapes) or (lit and looks_of(app, world).vary)
-        pose, view = self._look(world, tick, lines, normals=normals, spots=spots)
+        view = self._look(world, tick, pose, lines, normals=normals, spots=spots)
         smoothen(view, shapes, world, tick.poses)
-        images = self._images(view, tick, wanted)
+        images, light = self._images(view, tick, wanted), None
         if wanted & LIT:
-            images += self._lit(self._colours().radiance(app, view, pose, tick.poses, world, lines), wanted)
+            light = self._colours().radiance(app, view, pose, tick.poses, world, lines)
         if wanted & BOXES:
             labelled = dict(images).get(LABELLED)
             numbers = self._numbered(view, LABELLED) if labelled is None else labelled
             images += boxes_of(app, view, self._config, tick.poses, numbers, wanted).items()
-        return pose, images
+        return images, light
 
     def _look(
-        self, world: CastWorld, tick: Tick, lines: LineExposure | None, *, normals: bool, spots: bool
-    ) -> tuple[np.ndarray, View]:
-        """The pose, (4, 4) float64 [m], and what is seen: with the cameras of the group if it can be."""
-        camera = self._sensor
-        together = camera.group and camera.group.view(camera, world, tick, normals=normals, spots=spots)
+        self,
+        world: CastWorld,
+        tick: Tick,
+        pose: np.ndarray,
+        lines: LineExposure | None,
+        *,
+        normals: bool,
+        spots: bool,
+    ) -> View:
+        """What is seen from a pose: with the cameras of the group if it can be."""
+        group = self._sensor.group
+        together = group and group.view(self._sensor, world, tick, normals=normals, spots=spots)
         if together:
             return together
         if self._rays is None:
             self._rays = CameraRays(self._config.lens)
             if self._rays.dark is not None and len(self._rays.dark) == len(self._rays):
                 self._app.warn("lens-without-rays", self._path, "its lens gives no pixel a direction: it sees nothing")
-        pose = camera.pose(tick.poses)
         seen = world, self._rays, self._config, pose, tick.poses, self._exclude
-        return pose, look(*seen, normals=normals, spots=spots, lines=lines)
+        return look(*seen, normals=normals, spots=spots, lines=lines)
 
-    def _images(self, view: View, tick: Tick, wanted: frozenset[str]) -> list[tuple[str, np.ndarray]]:
+    def _images(self, view: View, tick: Tick, wanted: frozenset[str]) -> Images:
         """Channels in demand, each with a row for every pixel."""
         hits = view.hits
-        found: list[tuple[str, np.ndarray]] = []
+        found: Images = []
         if "distance_to_camera" in wanted:
             found.append(("distance_to_camera", hits.distance))
         if "distance_to_image_plane" in wanted:
@@ -187,25 +259,26 @@ class Imager(Model["CameraRuntime"]):
         hits = view.hits
         return self._numbers.of(entities_of(self._app, name).numbers, name, hits.surface_of, hits.number)
 
-    def _lit(self, light: np.ndarray, wanted: frozenset[str]) -> list[tuple[str, np.ndarray]]:
-        """Channels in demand that hold light [nit]."""
-        found: list[tuple[str, np.ndarray]] = []
-        if HDR in wanted:
-            found.append((HDR, np.clip(light, 0, MOST_HALF).astype(np.float16)))
-        if RGB in wanted:
-            signal = light * np.float32(self._config.exposure)
-            if self._app.fidelity.camera_noise:
-                signal = self._config.noise.applied(signal, self._app.seed, self._path, self._number)
-            aces = self._app.settings.get(CAMERA_TONE) == TONE_ACES
-            found.append((RGB, srgb(aces_curve(signal) if aces else signal)))
-        return found
+    def _picture(self, light: np.ndarray, number: int = 0) -> np.ndarray:
+        """(n, 3) uint8, sRGB, of light (n, 3) [nit]; with the noise of the frame `number`, if there is noise."""
+        signal = light * np.float32(self._config.exposure)
+        if self._app.fidelity.camera_noise:
+            signal = self._config.noise.applied(signal, self._app.seed, self._path, number)
+        aces = self._app.settings.get(CAMERA_TONE) == TONE_ACES
+        return srgb(aces_curve(signal) if aces else signal)
 
-    def _correspondence(self, view: View, tick: Tick) -> np.ndarray:
+    def _other(self) -> CameraRuntime | None:
+        """The camera whose image is compared; None, with a warning, if there is none."""
         try:
-            other = reference_of(self._app, self._path)
+            return reference_of(self._app, self._path)
         except UserError as problem:
             what = str(problem).removeprefix(f"{self._path}: ")
             self._app.warn("no-second-camera", self._path, f"{what}; its offsets are -1")
+            return None
+
+    def _correspondence(self, view: View, tick: Tick) -> np.ndarray:
+        other = self._other()
+        if other is None:
             return np.full((len(view.depth), 4), INVALID, np.float32)
         world, exclude = cast_world(self._app), self._exclude | other.exclude
         if self._between is None or self._between[0] is not world or self._between[1] != exclude:

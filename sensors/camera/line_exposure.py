@@ -51,11 +51,14 @@ class LineExposure:
         line = rows if self.shutter.order in ORDERS[:2] else columns
         return line if self.shutter.order in FORWARD else self.shutter.lines(self.size) - 1 - line
 
+    def rests(self, world: CastWorld) -> bool:
+        """Whether nothing but the camera moves meanwhile."""
+        return not (world.bodies or world.soft) or self.history.rests(self.start, self.end, world.soft)
+
     def cast(self, world: CastWorld, bundle: RayBundle, *, normals: bool, spots: bool) -> Hits:
         """What the rays of a bundle meet."""
         duration, lines = self.end - self.start, self.shutter.lines(self.size)
-        still = not (world.bodies or world.soft) or self.history.rests(self.start, self.end, world.soft)
-        count = 1 if still else min(lines, BANDS)
+        count = 1 if self.rests(world) else min(lines, BANDS)
         states = self.history.at([self.start + (2 * band + 1) * duration / (2 * count) for band in range(count)])
         if count == 1:
             return world.cast(bundle, states[0], normals=normals, spots=spots)

@@ -120,6 +120,14 @@ def has_projector(app: App, world: CastWorld) -> bool:
     )
 
 
+def light_places(app: App, world: CastWorld, state: Any) -> np.ndarray:
+    """The world matrices of the lights in a state, (n, 4, 4) float64 [stage units]."""
+    paths = world.cache.get("camera light paths")
+    if paths is None:
+        paths = world.cache["camera light paths"] = tuple(str(prim.GetPath()) for prim in _lights(app, world))
+    return np.asarray(app.fabric.world_matrices(paths, state))
+
+
 def _lights(app: App, world: CastWorld) -> list[Any]:
     found: list[Any] | None = world.cache.get("camera lights")
     if found is None:

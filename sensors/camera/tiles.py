@@ -39,12 +39,12 @@ class TileGroup:
         self._memory = RayMemory()
         self._placed = b""
         self._moment: Moment = ()
-        self._seen: dict[CameraRuntime, tuple[np.ndarray, View]] = {}
+        self._seen: dict[CameraRuntime, View] = {}
 
     def view(
         self, camera: CameraRuntime, world: CastWorld, tick: Tick, *, normals: bool, spots: bool
-    ) -> tuple[np.ndarray, View] | None:
-        """The pose of one of the cameras, (4, 4) float64 [m], and what it sees; None if it has to look alone."""
+    ) -> View | None:
+        """What one of the cameras sees; None if it has to look alone."""
         if tick.poses is not None:
             return None
         moment = tick.time, world, normals, spots
@@ -52,7 +52,7 @@ class TileGroup:
             self._seen, self._moment = self._look(world, normals, spots), moment
         return self._seen.pop(camera, None)
 
-    def _look(self, world: CastWorld, normals: bool, spots: bool) -> dict[CameraRuntime, tuple[np.ndarray, View]]:
+    def _look(self, world: CastWorld, normals: bool, spots: bool) -> dict[CameraRuntime, View]:
         """What each camera sees; empty where they differ, or where a cast depends on who else casts."""
         first, count = self._members[0], len(self._members)
         if not (world.rays_go_everywhere and self._alike()):
@@ -81,7 +81,7 @@ class TileGroup:
         found = {}
         for number, (member, rays, part) in enumerate(zip(self._members, self._rays, parts, strict=True)):
             own = hits.some(slice(number * pixels, (number + 1) * pixels))
-            found[member] = poses[number], shown(world, rays, first.config, part, own, None)
+            found[member] = shown(world, rays, first.config, part, own, None)
         return found
 
     def _alike(self) -> bool:

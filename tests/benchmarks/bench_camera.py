@@ -44,6 +44,7 @@ def measure(quick: bool) -> Iterator[Row]:
         ),
     ):
         yield Row(f"{what}, against its casts", update_ratio(frozenset(channels), rounds), bound)
+    yield Row("a camera, sun and scene that stand: colours, against depth", standing_ratio(rounds), 1.3)
     yield Row("16 depth cameras at 10 Hz in a 240 Hz loop, against every update", rate_ratio(rounds), 1 / 20)
     yield Row("64 tiled depth cameras of 64 x 64, against one cast of their rays", tiled_ratio(rounds), 1.5)
     for what, value in added_to_colours(rounds):
@@ -153,6 +154,26 @@ def bare_casts(app: App, *products: Any) -> Callable[[], None]:
         moving.cast_rays(tensor)
 
     return cast
+
+
+def standing_ratio(rounds: int) -> float:
+    """Time of App updates with a colour image each, over those with a depth image, where nothing moves."""
+    apps = []
+    for channel in ("rgb", "distance_to_image_plane"):
+        app = App(None, physics_hz=240, loop_hz=240)
+        UsdGeom.Cube.Define(app.stage, "/World/Box").CreateSizeAttr(2.0)
+        UsdGeom.XformCommonAPI(app.stage.GetPrimAtPath("/World/Box")).SetTranslate(Gf.Vec3d(0, 0, -6))
+        UsdLux.DistantLight.Define(app.stage, "/World/Sun").CreateIntensityAttr(3000.0)
+        UsdGeom.Camera.Define(app.stage, "/World/Camera")
+        render_product(app, "/World/Camera", SIZE).sensor.require("benchmark", {channel})
+        app.play()
+        app.update(steps=5)
+        apps.append(app)
+    colours, depth = apps
+    found = ratio(colours.update, depth.update, 3 * rounds)
+    for app in apps:
+        app.close()
+    return found
 
 
 def rate_ratio(rounds: int) -> float:

@@ -78,6 +78,8 @@ class StageWatch:
         self.transforms: dict[str, bool] = {}
         self.touched: set[str] = set()
         """Prims below which something was written since the last `clear`, handled or not."""
+        self.edits = 0
+        """Counts the notices of edits: what was read from the stage is as it was while this is."""
         self.failure: BaseException | None = None
         """An error that could not be raised where it occurred."""
         self._callback = _weak(self)
@@ -111,6 +113,7 @@ class StageWatch:
         """Handles one notice of USD."""
         if self.fabric.muted:
             return
+        self.edits += 1
         moved: dict[str, bool] = {}
         for path in notice.GetResyncedPaths():
             if not path.IsPropertyPath():
