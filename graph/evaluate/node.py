@@ -49,6 +49,7 @@ class Node(FamiliarNode):
     __slots__ = (
         "_used",
         "added",
+        "asked",
         "consumed_names",
         "db",
         "fed_names",
@@ -97,6 +98,8 @@ class Node(FamiliarNode):
         """The functions that copy outputs and state to their readers."""
         self.wires_in: Mapping[str, list[Wire]] = {}
         """The wires that lead to each execution input, by full name."""
+        self.asked = False
+        """Whether a program has asked for an output of it: from then on it is read."""
         self._used = 0
         self.added: Mapping[str, Attribute] = {}
         """Attributes that the file added, by full name."""
@@ -152,6 +155,8 @@ class Node(FamiliarNode):
         """The present value of an attribute, `x` or `outputs:x`. Raises KeyError for an unknown one."""
         full = self.full_name(name)
         prefix, short = full.split(":", 1)
+        if prefix == "outputs":
+            self.asked = True
         value = getattr(getattr(self.db, prefix), python_name(short), None)
         # What a compute wrote into a float or half is rounded when it is read: here and on connections.
         if isinstance(value, float) and (type_ := self.types[full]) is not None and type_.storage in ROUNDERS:
@@ -216,6 +221,23 @@ class Node(FamiliarNode):
         """Whether anything reads this output."""
         full = name if name.startswith("outputs:") else f"outputs:{name}"
         return full in self.consumed_names or (self.name, full) in self.graph.asked
+
+    def is_read(self) -> bool:
+        """Whether anything needs what it gives: a node, but for publishers without a listener; a tool; a program.
+
+        A node without any connection from its outputs counts as read: a program may ask for them.
+        """
+        if self.asked or self.graph.observed or not self.consumed_names:
+            return True
+        reached = {step[0]._node: None for wire in self.db._wires.values() for step in wire.targets}
+        return not all(node.is_idle() for node in (*self.readers, *reached))
+
+    def is_idle(self) -> bool:
+        """Whether it has no use for its inputs now: a publisher without a listener, and what only feeds such nodes."""
+        told = getattr(self.db.memory, "is_idle", None)
+        if told is not None:
+            return not self.consumed_names and bool(told(self.db))
+        return not (self.type.has_execution or self.type.always_dirty) and not self.is_read()
 
     def attributes(self) -> Iterator[tuple[str, Attribute]]:
         """Full names and declarations of all attributes, inputs first."""

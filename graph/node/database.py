@@ -112,6 +112,9 @@ class OwnNode(Protocol):
     def consumed(self, name: str) -> bool:
         """Whether anything reads this output."""
 
+    def is_read(self) -> bool:
+        """Whether anything needs what it gives."""
+
     def wires_into(self, name: str) -> int:
         """The number of connections to this execution input."""
 
@@ -234,6 +237,10 @@ class Database:
     def consumed(self, name: str) -> bool:
         """Whether anything reads this output."""
         return self.node.consumed(name)
+
+    def is_read(self) -> bool:
+        """Whether anything needs the outputs now: not if all that they lead to are publishers without a listener."""
+        return self.node.is_read()
 
     def wires_into(self, name: str) -> int:
         """The number of connections to this execution input."""

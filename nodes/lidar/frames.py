@@ -24,21 +24,26 @@ class Reader:
     """Memory of an annotator node: its product, the handles on its outputs, the warnings already given."""
 
     product: RenderProduct | None = None
+    requested: bool = False
     handles: list[int] = field(default_factory=list)
     told: bool = False
     not_flat: bool = False
 
 
 def attach(db: Database, channels: Callable[[Any], Iterable[str]]) -> RenderProduct | None:
-    """The product of renderProductPath, with the node's channels requested; None for an unknown product."""
+    """The product of renderProductPath, None for an unknown one; the node's channels are requested of it while the
+    node's outputs are read.
+    """
     memory = db.memory
     path = db.inputs.renderProductPath
     product: RenderProduct | None = db.app.rendering.products.get(path) if path else None
-    if product is not memory.product:
+    wanted = product is not None and db.is_read()
+    if product is not memory.product or not wanted:
         detach(db)
-        if product is not None:
-            product.sensor.require(db.path, channels(db))
-            memory.product = product
+        memory.product = product
+    if wanted and product is not None and not memory.requested:
+        product.sensor.require(db.path, channels(db))
+        memory.requested = True
     return product
 
 
@@ -54,9 +59,9 @@ def cloud_channels(db: Database, names: Iterable[str]) -> frozenset[str]:
 def detach(db: Database) -> None:
     """Withdraws the node's request."""
     memory = db.memory
-    if memory.product is not None:
+    if memory.requested and memory.product is not None:
         memory.product.sensor.release(db.path)
-        memory.product = None
+    memory.product, memory.requested = None, False
 
 
 def release(db: Database) -> None:

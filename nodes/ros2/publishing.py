@@ -51,6 +51,16 @@ class Publisher:
     topic: str = ""
     quality: Quality = DEFAULT
 
+    def is_idle(self, db: Database) -> bool:
+        """Whether nobody would get a message of the node."""
+        bus = db.app.bus
+        if bus.has_subscribers():
+            return False
+        if not self.topic and "topicName" not in db.node.type.inputs:
+            return False
+        topic = self.topic or planned_topic(db, db.path)
+        return topic is not None and not bus.has_subscribers(topic)
+
 
 def subscribed_topic(db: Database, name: str | None = None, *, latched: bool = False) -> str | None:
     """The node's absolute topic if it has a listener, else None; announces the topic at the first compute.

@@ -83,7 +83,7 @@ def _release(db: Database) -> None:
     release=_release,
 )
 def render_var_ptr(db: Database) -> bool:
-    """Give a render variable of a product's newest frame as a handle; it is rendered from the first activation on."""
+    """Give a render variable of a product's newest frame as a handle; it is rendered while something reads it."""
     from sensors.handles import forget, handle
 
     array = _read(db)
@@ -114,7 +114,7 @@ def render_var_ptr(db: Database) -> bool:
     release=_release,
 )
 def render_var_to_raw_array(db: Database) -> bool:
-    """Give a render variable of a product's newest frame as bytes; it is rendered from the first activation on."""
+    """Give a render variable of a product's newest frame as bytes; it is rendered while something reads it."""
     import numpy as np
 
     array = _read(db)
@@ -129,6 +129,9 @@ def _read(db: Database) -> NDArray[Any] | None:
     """The variable of the newest frame, its sizes put on the outputs; None before it is rendered."""
     import numpy as np
 
+    if not db.is_read():
+        _release(db)
+        return None
     annotator = _annotator(db)
     if annotator is None:
         return None

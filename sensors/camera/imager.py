@@ -119,9 +119,7 @@ class Imager(Model["CameraRuntime"]):
         shaped.setflags(write=False)
         return shaped
 
-    def _standing(
-        self, tick: Tick, wanted: frozenset[str], pose: np.ndarray, lines: LineExposure | None
-    ) -> Key | None:
+    def _standing(self, tick: Tick, wanted: frozenset[str], pose: np.ndarray, lines: LineExposure | None) -> Key | None:
         """What decides what the images show: equal where nothing changed; None where it is not known."""
         app, poses = self._app, tick.poses
         world = cast_world(app)

@@ -70,6 +70,7 @@ class CameraSensor(RenderedSensor):
         self.render_vars = tuple(render_vars or ())
         self.resolution = checked_resolution(resolution)
         self.camera.enforce_square_pixels(self.resolution)
+        self._given: dict[str, tuple[Any, np.ndarray]] = {}
         super().__init__(self._authored.app, self._authored.path, self.resolution[::-1], annotators, writers)
 
     @property
@@ -90,22 +91,26 @@ class CameraSensor(RenderedSensor):
     def get_data(self, annotator: str, out: np.ndarray | None = None) -> tuple[Any, Mapping[str, Any]]:
         """(data, info) of an attached annotator: images are (height, width, n), boxes and clouds (count, ...).
 
-        (None, {}) before the first frame. out: an image of the same shape that takes the data. Raises SensorValueError
-        for a name that is unknown or not attached.
+        (None, {}) before the first frame. The data are the caller's own, to write on; between ticks the same object
+        again. out: an image of the same shape that takes the data. Raises SensorValueError for a name that is unknown
+        or not attached.
         """
         data, info = super().get_data(annotator)
         if self._product.frame is None:
             return None, {}
         if annotator not in self.widths:
             return data, {**info, "resolution": self.resolution}
-        data = data.reshape(*self.resolution, -1)[..., : self.widths[annotator]]
-        return handed_out(data, out), info
+        known = self._given.get(annotator)
+        if known is None or known[0] is not data:
+            image = data.reshape(*self.resolution, -1)[..., : self.widths[annotator]]
+            known = self._given[annotator] = data, np.ascontiguousarray(image)
+        return handed_out(known[1], out), info
 
 
 def handed_out(image: np.ndarray, out: np.ndarray | None) -> np.ndarray:
     """An image, or the array `out` with it. Raises SensorValueError for one of another shape."""
     if out is None:
-        return np.ascontiguousarray(image)
+        return image
     if np.shape(out) != image.shape:
         raise SensorValueError(f"out has the shape {np.shape(out)}; the data have {image.shape}")
     out[...] = image

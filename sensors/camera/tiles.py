@@ -41,9 +41,7 @@ class TileGroup:
         self._moment: Moment = ()
         self._seen: dict[CameraRuntime, View] = {}
 
-    def view(
-        self, camera: CameraRuntime, world: CastWorld, tick: Tick, *, normals: bool, spots: bool
-    ) -> View | None:
+    def view(self, camera: CameraRuntime, world: CastWorld, tick: Tick, *, normals: bool, spots: bool) -> View | None:
         """What one of the cameras sees; None if it has to look alone."""
         if tick.poses is not None:
             return None

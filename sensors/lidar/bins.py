@@ -53,6 +53,10 @@ class Bins:
         self._count = app.fidelity.lidar_bins
         self._history = history_of(app)
 
+    def ends(self, start: Fraction, end: Fraction) -> tuple[np.ndarray, np.ndarray]:
+        """The sensor's poses (4, 4) float64 [m] at two times [s]."""
+        return self._history.ends(self._path, start, end)
+
     def shots(
         self, start: Fraction, end: Fraction, slices: list[tuple[int, slice]]
     ) -> tuple[list[Shot], np.ndarray, np.ndarray]:
@@ -64,7 +68,7 @@ class Bins:
             for turn, rows in slices
             for low, high, piece in self._pieces(start, end, turn, rows, 1 if still else self._count)
         ]
-        first, last = self._history.ends(self._path, start, end)
+        first, last = self.ends(start, end)
         if not pieces:
             return [], first, last
         middles = [(low + high) / 2 for _, low, high, _ in pieces]

@@ -64,7 +64,10 @@ class Scans(Model["LidarRuntime"]):
         self._unfinished = {}
 
     def advance(self, start: Fraction, end: Fraction, poses: Any) -> None:
-        """Casts the firings in [start, end) with the state `poses`, for the scans they belong to."""
+        """Casts the firings in [start, end) with the state `poses`, for the scans they belong to, if they are read."""
+        if self._unread:
+            self._unfinished.clear()
+            return
         oldest = end // self._turns.period - 1
         pose = self._sensor.pose(poses)
         for turn, rows in self._turns.slices(start, end, whole_turns=1):
@@ -75,12 +78,17 @@ class Scans(Model["LidarRuntime"]):
 
     def measure(self, tick: Tick) -> Measurement:
         """The scan of a tick, or a part of one; empty, and nothing is cast, if nothing is requested."""
-        unread = not self._sensor.requested() and self._bins is None and not self._sensor.wants_updates
-        found = None if unread and self._app.prune else self._cast(tick)
-        if found is not None and not unread:
+        found = None if self._unread else self._cast(tick)
+        if found is not None and self._sensor.requested():
             return found
         pose = self._sensor.pose(tick.poses)
-        return self._measured(_Turn(start=pose, end=pose), tick, complete=self._sensor.whole)
+        ends = (pose, pose) if self._bins is None else self._bins.ends(*self._sensor.interval(tick))
+        return self._measured(_Turn([], 0, *ends), tick, complete=self._sensor.whole)
+
+    @property
+    def _unread(self) -> bool:
+        """Whether there is nothing to cast for."""
+        return self._app.prune and not self._sensor.requested()
 
     def _cast(self, tick: Tick) -> Measurement:
         if isinstance(self._sensor.schedule, EveryUpdate):

@@ -246,3 +246,28 @@ def test_five_tiles_are_two_rows_of_three_with_one_spare(app):
         row, column = divmod(number, 3)
         np.testing.assert_array_equal(whole[row * 8 : row * 8 + 8, column * 10 : column * 10 + 10], each[number])
     assert not whole[8:, 20:].any()
+
+
+@pytest.mark.parametrize("kind", ["camera", "tiles"])
+def test_data_asked_for_again_are_the_same_array_until_the_next_frame_and_nobody_elses(app, kind):
+    """At 10 Hz a frame comes in every sixth update of 60 Hz: what was written on it is gone with it."""
+
+    def make():
+        RtxCamera(CAMERA, tick_rate=10, app=app)
+        if kind == "tiles":
+            return TiledCameraSensor([CAMERA], resolution=(24, 32), annotators="rgb", app=app)
+        return CameraSensor(CAMERA, resolution=(24, 32), annotators="rgb", app=app)
+
+    mine, other = make(), make()
+    app.play()
+    app.update(steps=6)
+    held, plain = mine.get_data("rgb")[0], other.get_data("rgb")[0].copy()
+    for _ in range(5):
+        assert mine.get_data("rgb")[0] is held
+        app.update()
+    held[...] = 7
+    np.testing.assert_array_equal(other.get_data("rgb")[0], plain)
+    app.update()
+    assert mine.get_data("rgb")[0] is not held
+    np.testing.assert_array_equal(mine.get_data("rgb")[0], plain)
+    assert (held == 7).all()
