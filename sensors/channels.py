@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
+
+from graph.base.records import dataclass
 
 
 class AuxLevel(enum.IntEnum):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from fractions import Fraction
 from importlib import import_module
 from typing import Any
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from graph.base.exact import nanoseconds
+from graph.base.records import dataclass, field
 from graph.base.suggesting import Suggesting
 from graph.sim.transforms import quaternion
 

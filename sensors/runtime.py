@@ -6,7 +6,6 @@ import math
 import weakref
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
@@ -14,6 +13,7 @@ import numpy as np
 
 from graph.base.errors import RunError, UserError
 from graph.base.exact import nanoseconds
+from graph.base.records import dataclass, field
 from graph.sim import settings as keys
 from graph.sim.renderer.schedule import EveryUpdate, Tick, TickSchedule
 from graph.sim.transforms import rigid_part

@@ -8,9 +8,10 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from importlib import import_module, metadata
 from typing import TYPE_CHECKING, Any
+
+from graph.base.records import dataclass, field
 
 from .channels import CHANNELS, POINT_CHANNELS, Channel
 from .errors import SensorValueError

@@ -13,7 +13,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping
 from copy import deepcopy
-from dataclasses import asdict, dataclass, field, is_dataclass
+from dataclasses import asdict, is_dataclass
 from types import UnionType
 from typing import (
     TYPE_CHECKING,
@@ -30,6 +30,8 @@ from typing import (
     get_origin,
     get_type_hints,
 )
+
+from .records import dataclass, field
 
 Location: TypeAlias = tuple[str | int, ...]
 """Keys and indices from the root; an error of a key itself ends in `KEY`."""

@@ -12,11 +12,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
 from fractions import Fraction
 
 from .errors import UserError
 from .exact import rate
+from .records import dataclass
 from .suggest import did_you_mean
 
 MIB = 2**20

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.gc_pause import collector_paused
+from graph.base.records import dataclass
 from graph.portability.rules import NAMES
 
 from .arguments import add_allow, add_nodes, add_set, add_skip_outside, overrides_of

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from graph.base.records import dataclass, field
 from graph.base.suggest import did_you_mean
 
 from .explain_topics import TIES

@@ -16,12 +16,12 @@ import re
 import sys
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from importlib import import_module
 from io import TextIOWrapper
 from typing import Any, NoReturn
 
 from graph.base.errors import RunError, UserError
+from graph.base.records import dataclass
 from graph.base.suggest import did_you_mean
 
 from .printing import problem_line, say, tell

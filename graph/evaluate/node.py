@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from graph.base.errors import Mark, RunError
+from graph.base.records import dataclass
 from graph.base.suggest import did_you_mean
 from graph.node.attribute_names import python_name
 from graph.node.context import Context

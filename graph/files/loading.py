@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,7 @@ from typing import Any
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.forms import FormError
 from graph.base.gc_pause import collector_paused
+from graph.base.records import dataclass
 from graph.spec.file_spec import FileSpec, GraphSpec
 
 from . import json_text, messages, model, tree

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Literal
 
 from graph.base import exact
 from graph.base.memory_budget import Room
+from graph.base.records import dataclass, field
 from graph.base.warning_keys import Key, key_of
 
 from .events import EventBus

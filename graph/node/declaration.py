@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
+from graph.base.records import dataclass, field
 from graph.values.coercion import coerce, shown, zero
 from graph.values.types import AnyType, Extended, parse_type
 

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import Any
+
+from graph.base.records import dataclass, field
 
 LONGEST_QUEUE = 10_000
 """Most events that wait for one receiver. Beyond it the oldest are dropped; the receiver can ask how many."""

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 from graph.base.errors import Mark
+from graph.base.records import dataclass
 from graph.base.suggest import did_you_mean, one_of
 from graph.node.declaration import NodeType
 from graph.spec.file_spec import ConnectionSpec, GraphSpec

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
 from graph.base.errors import Mark
+from graph.base.records import dataclass, field
 from graph.base.suggest import one_of
 from graph.evaluate.graph import Graph
 from graph.evaluate.instances import with_target

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+from graph.base.records import dataclass
 from graph.base.shorten import listed
 from graph.evaluate.node import Node
 from graph.evaluate.wire import Copy, Wire, copy_between

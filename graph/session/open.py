@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +12,7 @@ from graph.base.asset_roots import mapped
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.exact import shortest
 from graph.base.gc_pause import collector_paused
+from graph.base.records import dataclass
 from graph.spec.file_spec import FileSpec, Note
 
 from .graph_checks import graph_notes

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
+from graph.base.records import dataclass
 from graph.editing.graph_set import GraphSet, bind, bound_to, unbind
 from graph.node.context import Context
 from graph.node.declaration import CLOSING

@@ -8,11 +8,12 @@ The one table of all fidelity knobs (those of physics stand in `physics_knobs`).
 # Without `from __future__ import annotations`: KNOBS is made from the fields' types, which are objects here.
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from fractions import Fraction
 from typing import Annotated, Any, Literal, Self
 
 from graph.base.errors import Mark, Problem, UserError
+from graph.base.records import dataclass
 from graph.base.suggest import did_you_mean
 
 from .knob import Knob

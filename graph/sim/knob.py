@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any, Literal, get_args
 
 from graph.base import exact
 from graph.base.limits import check
+from graph.base.records import dataclass
 
 Kind = Literal["rate", "count", "number", "switch", "choice"]
 

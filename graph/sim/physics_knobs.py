@@ -2,9 +2,10 @@
 
 # Without `from __future__ import annotations`: KNOBS is made from the fields' types, which are objects here.
 
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Annotated, Literal
+
+from graph.base.records import dataclass
 
 from .knob import Knob
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
+from graph.base.records import dataclass
 from graph.base.shorten import brief
 from graph.base.warning_keys import Key, key_of
 

@@ -6,12 +6,12 @@ Every part keeps the `Mark` of its place, so that later stages can report file, 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, Literal
 
 from graph.base.errors import Mark
+from graph.base.records import dataclass, field
 
 Evaluator = Literal["execution", "push", "dirty_push"]
 PipelineStage = Literal["simulation", "pre_render", "post_render", "on_demand"]

@@ -7,10 +7,11 @@ type is never changed.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
 from graph.base.errors import Mark
+from graph.base.records import dataclass, field
 from graph.node.registry import DEFAULT, Registry
 
 from .file_spec import ConnectionSpec, FileSpec, GraphSpec, NodeSpec, Note

@@ -12,8 +12,9 @@ import functools
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
+
+from graph.base.records import dataclass
 
 if TYPE_CHECKING:
     from graph.sim.app import App

@@ -7,9 +7,10 @@ need NumPy: values live in `graph.values.coercion`, conversions in `graph.values
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 
+from graph.base.records import dataclass
 from graph.base.suggest import did_you_mean
 
 INTEGER_RANGES = {

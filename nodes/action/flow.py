@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
+from graph.base.records import dataclass, field
 from graph.node import Attribute, Database, node_type
 
 EXEC_IN = Attribute("execution", "activates the node")

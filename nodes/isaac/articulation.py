@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from graph.base.errors import RunError
+from graph.base.records import dataclass
 from graph.base.suggest import did_you_mean
 from graph.node import Attribute, Database, NodeAtLoad, node_type
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from graph.base.exact import nanoseconds
+from graph.base.records import dataclass
 from graph.node import Attribute, Database, node_type
 from graph.values.precision import single
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sized
-from dataclasses import dataclass
 
 from graph.base.errors import UserError
+from graph.base.records import dataclass
 from graph.node import Attribute, Database, node_type
 from graph.node.at_load import NodeAtLoad
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
+from graph.base.records import dataclass
 from graph.sim.scene.mechanisms import mechanisms_of
 from graph.sim.scene.prim_paths import NAME_OVERRIDE
 

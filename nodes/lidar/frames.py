@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from graph.base.records import dataclass, field
 from graph.node import Attribute, Database
 
 from .buffers import drop_handles

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
 from operator import is_
 from typing import TYPE_CHECKING, Any, cast
 
+from graph.base.records import dataclass
 from graph.node import Attribute, Database, node_type
 from graph.sim.settings import INFO_SQUARE_PIXELS
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
+from graph.base.records import dataclass
 from nodes.isaac.depth import points_of
 
 from .boxes import DETECTIONS_2D, DETECTIONS_3D, detections_2d, detections_3d

@@ -8,8 +8,9 @@ first firing, and times count up from it, as odometry packages take them.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+from graph.base.records import dataclass
 
 from .lidar_frames import column, frame_points, point_times
 from .point_clouds import CloudGrid, cloud_of

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from graph.base.records import dataclass
 from graph.sim import settings as keys
 from graph.sim.scene.prim_paths import NAME_OVERRIDE
 from nodes.isaac.transform_trees import WORLD

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from graph.base.records import dataclass, field
 from graph.node import Attribute, Database
 from nodes.fitting_sensors import misfit
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from graph.base.exact import NANOSECONDS, nanoseconds
+from graph.base.records import dataclass, field
 from graph.sim import settings as keys
 from graph.sim.messages.cadence import Cadence, Ticks
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from graph.base.exact import NANOSECONDS, nanoseconds
+from graph.base.records import dataclass
 
 from .point_clouds import CLOUD_FIELDS, CloudGrid, point_cloud
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
+from graph.base.records import dataclass
 from graph.node import Attribute, Database, NodeAtLoad
 from graph.sim.messages.quality import DEFAULT, Quality
 

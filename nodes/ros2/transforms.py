@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 from functools import partial
 
+from graph.base.records import dataclass, field
 from graph.node import Attribute, Database, node_type
 from graph.sim.scene.prim_paths import prim_at
 from nodes.isaac.clocks import stamp_ns

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from graph.base import exact
 from graph.base.errors import UserError
 from graph.base.limits import check
+from graph.base.records import dataclass
 from sensors.prim import value_of
 
 from .names import FIRING_API, FIRING_PREFIX, GROUP_API, GROUP_PREFIX, MOUNT_API, MOUNT_PREFIX, PREFIX

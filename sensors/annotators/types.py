@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from graph.base.records import dataclass, field
 from graph.base.suggest import did_you_mean
 from sensors.channels import AuxLevel
 from sensors.errors import SensorValueError

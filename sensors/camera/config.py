@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +11,7 @@ import numpy as np
 
 from graph.base.errors import UserError
 from graph.base.limits import check
+from graph.base.records import dataclass
 
 from .image_files import ImageFiles
 from .lens import Lens, ParallelLens

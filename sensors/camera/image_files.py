@@ -6,7 +6,6 @@ import io
 import warnings
 import zipfile
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ import numpy as np
 
 from graph.base.inputs import start_of
 from graph.base.limits import allowed, most
+from graph.base.records import dataclass
 
 from . import radiance_hdr
 

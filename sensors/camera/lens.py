@@ -6,11 +6,12 @@ j, has its centre at (i + 0.5, j + 0.5); u counts columns, v rows, both from the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+
+from graph.base.records import dataclass
 
 Floats = NDArray[np.float64]
 

@@ -7,12 +7,12 @@ by reading them out; pixels differ in gain and offset, always in the same way (E
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from graph.base.errors import UserError
+from graph.base.records import dataclass
 
 from .stage_values import numbers_of
 

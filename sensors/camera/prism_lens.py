@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
+
+from graph.base.records import dataclass
 
 from .lens import NEWTON_STEPS, TOLERANCE, FisheyeLens, Floats
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from graph.base.errors import UserError
+from graph.base.records import dataclass
 
 from .names import SHUTTER
 

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import hashlib
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
+from graph.base.records import dataclass
 from sensors.annotators.types import AnnotatorType, Reading
 from sensors.errors import SensorValueError
 

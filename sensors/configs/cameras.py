@@ -6,13 +6,13 @@ import functools
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from importlib import resources
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from graph.base.errors import UserError
+from graph.base.records import dataclass
 from graph.base.suggest import did_you_mean
 from sensors.camera.lens_models import opencv_lens
 from sensors.camera.names import LENS, PRIM_TYPE

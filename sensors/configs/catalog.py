@@ -5,13 +5,13 @@ from __future__ import annotations
 import functools
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path, PurePosixPath
 from types import NoneType
 from typing import Any
 
 from graph.base.errors import UserError
+from graph.base.records import dataclass
 from graph.base.suggest import nearest
 from sensors.lidar.attributes import config_from_attributes
 from sensors.lidar.config import LidarConfig

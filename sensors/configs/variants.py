@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import reduce
 from itertools import product
 from typing import Any
+
+from graph.base.records import dataclass
 
 
 @dataclass(frozen=True, slots=True)

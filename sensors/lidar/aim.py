@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
+from graph.base.records import dataclass
 from sensors.compiled import compiled
 from sensors.raycast.rays import COMMON
 

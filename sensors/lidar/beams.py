@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
+
+from graph.base.records import dataclass
 
 from .config import LidarConfig
 from .pattern import firing_pattern

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from graph.base.exact import nanoseconds
+from graph.base.records import dataclass
 from sensors.motion.history import history_of
 from sensors.motion.trajectory import Trajectory
 from sensors.raycast.shared import cast_world, present_app

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
@@ -12,6 +11,7 @@ import numpy as np
 
 from graph.base.errors import UserError
 from graph.base.limits import allowed, most
+from graph.base.records import dataclass, field
 
 from .names import camel_case
 

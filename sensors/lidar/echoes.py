@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from graph.base.records import dataclass
 from sensors.raycast.rays import NO_SURFACE
 
 from .config import LidarConfig

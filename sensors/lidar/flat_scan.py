@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from graph.base.errors import UserError
+from graph.base.records import dataclass, field
 from sensors.frame import Frame, spherical
 from sensors.sensor_types import prim_types_of
 

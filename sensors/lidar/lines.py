@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from graph.base.errors import UserError
+from graph.base.records import dataclass
 
 from .config import EmitterState, LidarConfig
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
 
 import numpy as np
+
+from graph.base.records import dataclass
 
 from .config import LidarConfig
 from .pattern import Pattern

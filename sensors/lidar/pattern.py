@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from graph.base.exact import NANOSECONDS
+from graph.base.records import dataclass
 
 from .config import LidarConfig
 from .lines import Lines, lines_of

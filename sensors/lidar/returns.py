@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 import numpy as np
 
+from graph.base.records import dataclass
 from sensors.channels import CHANNELS
 from sensors.compiled import compiled
 from sensors.frame import spherical

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
 
+from graph.base.records import dataclass, field
 from sensors.motion.velocities import Velocities
 from sensors.output_frame import custom_frame
 from sensors.raycast.rays import Hits, RayBundle, RayCaster, RayMemory

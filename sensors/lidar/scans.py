@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import weakref
 from collections import OrderedDict
-from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from graph.base.exact import nanoseconds
+from graph.base.records import dataclass, field
 from graph.sim.renderer.schedule import EveryUpdate, Tick
 from sensors.channels import CHANNELS
 from sensors.motion.velocities import surface_velocities

@@ -9,10 +9,11 @@ rays or on other casts.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from graph.base.records import dataclass
 
 from .nearest import Nearest
 from .picked import cast_picked

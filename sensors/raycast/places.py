@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from graph.base.records import dataclass
 from sensors.compiled import compiled
 
 from .rays import COMMON, MARGIN_RAD, RayBundle

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 
+from graph.base.records import dataclass
 from sensors.compiled import compiled
 
 from .triangles import TriangleHits

@@ -6,12 +6,12 @@ import functools
 import gc
 import hashlib
 import weakref
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from graph.base.errors import RunError
+from graph.base.records import dataclass
 from graph.sim.libraries import import_open3d
 
 MAX_SCENES = 500

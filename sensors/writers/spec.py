@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
+from graph.base.records import dataclass, field
 from graph.base.suggest import did_you_mean
 from sensors.frame import Frame
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import inspect
 import weakref
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
 from typing import Any
+
+from graph.base.records import dataclass, field
 
 Registered = Callable[..., object]
 """A user's callback; its arguments depend on the event."""

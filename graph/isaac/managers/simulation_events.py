@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import weakref
-from dataclasses import dataclass
 from enum import StrEnum
 from fractions import Fraction
 from itertools import count
 from typing import TYPE_CHECKING, Any
 
 from graph.base import exact
+from graph.base.records import dataclass
 
 from .callbacks import CallbackList, Event, Held, Registered, dropped_early
 

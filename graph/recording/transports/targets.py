@@ -6,11 +6,11 @@ import importlib
 import importlib.util
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from graph.base.errors import UserError
 from graph.base.extras import install_command
+from graph.base.records import dataclass
 from graph.base.suggest import did_you_mean
 
 if TYPE_CHECKING:

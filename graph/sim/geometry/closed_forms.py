@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
+from graph.base.records import dataclass
 from graph.sim.transforms import Floats
 
 Kind = Literal["ball", "box", "frustum", "capsule"]

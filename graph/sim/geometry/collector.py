@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from graph.base.limits import check
+from graph.base.records import dataclass, field
 from graph.sim import transforms
 from graph.sim.scene.scan import Scan
 from graph.sim.transforms import Floats

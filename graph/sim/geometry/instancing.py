@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from graph.base.limits import allowed, most
+from graph.base.records import dataclass
 from graph.sim import transforms
 from graph.sim.arrays import array_of
 from graph.sim.transforms import Floats

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from graph.base.limits import allowed, most
+from graph.base.records import dataclass
 from graph.sim.transforms import Floats
 
 Integers = NDArray[np.int64]

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from graph.base.limits import allowed, most
+from graph.base.records import dataclass
 from graph.sim.arrays import array_of, number_of
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom

@@ -8,11 +8,11 @@ stay sharp.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from graph.base.records import dataclass, field
 from graph.sim.transforms import Floats
 
 Integers = NDArray[np.int64]

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Self
 
+from graph.base.records import dataclass
 from graph.sim.transforms import Floats
 
 from .closed_forms import ClosedForm

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, Protocol
 
 from graph.base.callables import CallableError
 from graph.base.errors import RunError
 from graph.base.exact import nanoseconds
+from graph.base.records import dataclass, field
 from graph.base.suggesting import Suggesting
 
 from .cadence import Cadence

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from fractions import Fraction
 
 from graph.base.exact import shortest
+from graph.base.records import dataclass, field
 
 SENSOR, RATE, EVERY = "tickgraph_sensor", "tickgraph_rate_hz", "tickgraph_every"
 """Keys of a channel's metadata in a recording: prim path, rate [Hz] as an exact number, ticks for one message."""

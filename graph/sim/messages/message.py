@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Any
+
+from graph.base.records import dataclass, field
 
 from .cadence import Cadence
 from .quality import DEFAULT, Quality

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from graph.base.records import dataclass
 
 # Numbers of rmw/types.h, which every rosbag2 since Foxy can read (it cannot read the newer words).
 _HISTORY = {"systemDefault": 0, "keepLast": 1, "keepAll": 2, "unknown": 3}

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass, field
 from typing import Any
 
 from graph.base.errors import RunError
+from graph.base.records import dataclass, field
 
 
 @dataclass(slots=True)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
 from graph.base.errors import Problem, UserError
+from graph.base.records import dataclass, field
 from graph.base.suggest import closest
 from graph.sim.scene.physics_settings import (
     ARRAYS,

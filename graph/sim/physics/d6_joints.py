@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from graph.base.records import dataclass, field
 from graph.sim import transforms
 from graph.sim.scene.physics_settings import AXES
 from graph.sim.scene.scan import Scan

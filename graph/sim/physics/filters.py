@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graph.base.paths import at_or_below
+from graph.base.records import dataclass
 from graph.sim.scene.scan import Scan
 from graph.sim.scene.stage import Warn
 from graph.sim.usd import EARLIEST, UsdPhysics

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any, Literal
 
+from graph.base.records import dataclass
 from graph.sim.scene.stage import Warn
 from graph.sim.usd import EARLIEST, UsdPhysics, UsdShade
 

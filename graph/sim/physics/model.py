@@ -6,12 +6,12 @@ Everything is in metres, kilograms, seconds and radians; poses are rigid (4, 4) 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from graph.base.records import dataclass, field
 from graph.sim.geometry.tessellation import Triangles
 from graph.sim.scene.mechanisms import Mechanisms
 from graph.sim.transforms import Floats

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from graph.base.errors import UserError
+from graph.base.records import dataclass, field
 from graph.sim import transforms
 from graph.sim.scene.scan import BodyPrim, Scan, scan_stage
 from graph.sim.scene.stage import Warn, ignore_warning, up_axis

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from graph.base.records import dataclass, field
 from graph.sim.transforms import Floats
 
 from .materials import PLAIN, Material

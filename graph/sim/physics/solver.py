@@ -6,10 +6,11 @@ A knob is preferred over an attribute of the physics scene, then the needs of th
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from typing import TYPE_CHECKING, Any
 
 from graph.base.limits import check
+from graph.base.records import dataclass
 from graph.sim.scene.stage import Warn
 
 from .attributes import value_of

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Container, Iterable, Iterator
-from dataclasses import dataclass
 from typing import Any
 
 from graph.base import limits
 from graph.base.errors import UserError
+from graph.base.records import dataclass
 
 _NAMING = ("references", "payload")
 _ARCS = (*_NAMING, "inheritPaths", "specializes")

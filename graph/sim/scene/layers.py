@@ -15,12 +15,12 @@ import zipfile
 import zlib
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from graph.base import asset_roots, limits
 from graph.base.errors import Problem, UserError
+from graph.base.records import dataclass
 from graph.base.shorten import listed
 
 from . import assets

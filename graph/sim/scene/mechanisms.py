@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 from graph.base.paths import at_or_below
+from graph.base.records import dataclass
 
 GIVEN = "mjc:name"
 """Attribute of a prim that mirrors a part of an MJCF model, with that part's name there. The model defines the physics

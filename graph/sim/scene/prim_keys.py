@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any, Protocol
@@ -12,6 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from graph.base import asset_roots
+from graph.base.records import dataclass, field
 from graph.base.suggest import did_you_mean
 from graph.sim.geometry.solids import SOLIDS
 from graph.sim.scene.prim_paths import is_path

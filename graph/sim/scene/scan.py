@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 
 from graph.base.limits import check
+from graph.base.records import dataclass, field
 from graph.sim import transforms
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, Tf, Usd, UsdGeom, UsdPhysics

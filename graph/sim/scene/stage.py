@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 from graph.base.errors import RunError, UserError
+from graph.base.records import dataclass
 
 Warn = Callable[[str, str, str], None]
 """Takes a warning: stable code, place, message."""

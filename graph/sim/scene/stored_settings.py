@@ -6,10 +6,11 @@ Names are those of attributes and of schemas, with `*` for any part; simulated o
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from functools import lru_cache
 from typing import Any
+
+from graph.base.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from graph.base.errors import RunError
+from graph.base.records import dataclass
 from graph.sim import transforms
 from graph.sim.transforms import Floats
 

@@ -6,9 +6,9 @@ product does. A profile only changes defaults: values that a user sets, by file,
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
+from graph.base.records import dataclass
 from graph.sim import settings as keys
 from graph.sim.settings import DEFAULTS, Settings
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import fields, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from graph.base.errors import UserError
+from graph.base.records import dataclass, field
 from graph.sim import transforms
 from graph.sim.physics.authored_settings import StoredSettings
 from graph.sim.physics.filters import bits

@@ -12,12 +12,12 @@ or found sliding when they meet (faster than gravity alone can cause in two step
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from graph.base.records import dataclass
 from graph.sim.physics.materials import Material, Touch, touch
 from graph.sim.physics.model import Collider
 from graph.sim.scene.stage import Warn

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from graph.base.errors import UserError
+from graph.base.records import dataclass
 from graph.base.silence import silenced
 from graph.sim import transforms
 from graph.sim.physics.model import Collider, Volume

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from graph.base.records import dataclass
 from graph.sim.transforms import Floats
 
 if TYPE_CHECKING:
