@@ -8,9 +8,10 @@ from __future__ import annotations
 import logging
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from importlib import import_module, metadata
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from graph.base.entry_points import entry_points
 from graph.base.records import dataclass, field
 
 from .channels import CHANNELS, POINT_CHANNELS, Channel
@@ -174,7 +175,8 @@ def _load() -> None:
 
 
 def _load_packages() -> None:
-    for entry in sorted(metadata.entry_points(group=ENTRY_POINTS), key=lambda entry: (entry.name, entry.value)):
+    [entries] = entry_points(ENTRY_POINTS)
+    for entry in entries:
         try:
             register_sensor_type(entry.load())
         except (Exception, SystemExit) as error:  # a third-party module may raise anything

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shlex
 import shutil
 import sys
-from importlib import metadata
 from pathlib import Path
-from urllib.parse import unquote, urlparse
 
 ROOT = Path(__file__).resolve().parents[2]
 """The folder that holds the packages: a checkout, or an environment's `site-packages`."""
@@ -36,6 +33,10 @@ def _quoted(target: str) -> str:
 
 def _origin() -> Path | None:
     """The wheel that was installed, if it came from a file that is still there."""
+    import json  # with the others only for this message: every command imports this module
+    from importlib import metadata
+    from urllib.parse import unquote, urlparse
+
     try:
         text = metadata.distribution("tickgraph").read_text("direct_url.json")
     except metadata.PackageNotFoundError:

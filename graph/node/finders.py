@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from functools import partial
-from importlib import import_module, metadata
+from importlib import import_module
 from typing import Any, Protocol
+
+from graph.base.entry_points import entry_points
 
 from .library import Library
 
@@ -45,16 +47,12 @@ def shipped_types(registry: TypeList) -> None:
 
 def installed_packages(registry: TypeList) -> None:
     """Imports the types of installed packages."""
-    installed = metadata.entry_points()
-    for entry in _in_order(installed.select(group=ENTRY_POINTS)):
+    types, ogn = entry_points(ENTRY_POINTS, OGN_ENTRY_POINTS)
+    for entry in types:
         registry.add_package(f"{entry.name} ({entry.value})", entry.load)
-    for entry in _in_order(installed.select(group=OGN_ENTRY_POINTS)):
+    for entry in ogn:
         add = partial(import_module(_OGN).register_package, registry, entry.name, entry.value)
         registry.add_package(f"{entry.name} ({entry.value})", add)
-
-
-def _in_order(entries: Iterable[metadata.EntryPoint]) -> list[metadata.EntryPoint]:
-    return sorted(entries, key=lambda entry: (entry.name, entry.value))
 
 
 ALL = (shipped_types, installed_packages)

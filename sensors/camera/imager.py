@@ -266,7 +266,7 @@ class Imager(Model["CameraRuntime"]):
         return srgb(aces_curve(signal) if aces else signal)
 
     def _other(self) -> CameraRuntime | None:
-        """The camera whose image is compared; None, with a warning, if there is none."""
+        """The camera whose image is compared; without one None, and a warning."""
         try:
             return reference_of(self._app, self._path)
         except UserError as problem:

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import functools
-import json
 import math
 from collections.abc import Mapping
-from importlib import resources
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +16,7 @@ from sensors.camera.lens_models import opencv_lens
 from sensors.camera.names import LENS, PRIM_TYPE
 from sensors.camera.stereo_depth import NAMES, PREFIX, StereoDepth, template_path
 
+from .catalog import shipped
 from .spelling import short_name, spellings
 
 if TYPE_CHECKING:
@@ -193,8 +192,6 @@ class CameraAsset:
 @functools.cache
 def camera_assets() -> tuple[CameraAsset, ...]:
     """Every shipped camera, ordered by path."""
-    folder = resources.files(__package__).joinpath("data", "cameras")
-    documents = [json.loads(file.read_text(encoding="utf-8")) for file in folder.iterdir()]
     found = [
         CameraAsset(
             one["asset"],
@@ -204,7 +201,7 @@ def camera_assets() -> tuple[CameraAsset, ...]:
             one["source"],
             {name: _imager(values) for name, values in one["imagers"].items()},
         )
-        for one in documents
+        for one in shipped("data/cameras").values()
     ]
     return tuple(sorted(found, key=lambda asset: asset.path.lower()))
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import functools
 import json
 from collections.abc import Mapping, Sequence
-from importlib import resources
 from pathlib import Path, PurePosixPath
 from types import NoneType
 from typing import Any
 
 from graph.base.errors import UserError
+from graph.base.inputs import start_of
 from graph.base.records import dataclass
 from graph.base.suggest import nearest
 from sensors.lidar.attributes import config_from_attributes
@@ -20,6 +20,9 @@ from sensors.lidar.names import PRIM_TYPE
 from .beams import emitter_states
 from .spelling import short_name, spellings
 from .variants import Entry, entries, merged
+
+LARGEST = 1 << 24
+"""Bytes of a data file of this package, at most."""
 
 Variant = str | Mapping[str, str] | None
 
@@ -128,12 +131,7 @@ def _fits(variant: Any, wanted: str | dict[str, str]) -> bool:
 @functools.cache
 def assets() -> tuple[Asset, ...]:
     """Every shipped asset, ordered by path."""
-    folder = resources.files(__package__).joinpath("data")
-    documents = {
-        file.name.removesuffix(".json"): json.loads(file.read_text(encoding="utf-8"))
-        for file in folder.iterdir()
-        if file.name.endswith(".json")
-    }
+    documents = shipped("data")
     found = []
     for document in documents.values():
         if "base" in document:
@@ -143,6 +141,12 @@ def assets() -> tuple[Asset, ...]:
             Asset(document["asset"], names, tuple(entries(document)), document["source"], document.get("default"))
         )
     return tuple(sorted(found, key=lambda asset: asset.path.lower()))
+
+
+def shipped(folder: str) -> dict[str, Any]:
+    """The JSON documents in a folder of this package, by the names of their files."""
+    here = Path(__file__).parent / folder
+    return {path.stem: json.loads(start_of(path, LARGEST)) for path in here.iterdir() if path.suffix == ".json"}
 
 
 def supported() -> dict[str, list[Any]]:

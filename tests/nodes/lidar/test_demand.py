@@ -1,4 +1,4 @@
-"""A lidar casts only for somebody: demand goes from the last reader of a graph to the sensor."""
+"""A lidar casts only where its scans are read: by a node, a listener, a sink, a tool or a program."""
 
 import pytest
 
