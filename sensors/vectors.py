@@ -24,24 +24,23 @@ def dot(one: Vector, two: Vector) -> Any:
 
 
 @inlined
-def _row(matrices: np.ndarray, which: Any, axis: Any) -> Vector:
-    return matrices[which, axis, 0], matrices[which, axis, 1], matrices[which, axis, 2]
-
-
-@inlined
-def _column(matrices: np.ndarray, which: Any, axis: Any) -> Vector:
-    return matrices[which, 0, axis], matrices[which, 1, axis], matrices[which, 2, axis]
-
-
-@inlined
 def times(matrices: np.ndarray, which: Any, vector: Vector) -> Vector:
     """One of some matrices (n, 3, 3) times a vector."""
-    first, second, third = _row(matrices, which, 0), _row(matrices, which, 1), _row(matrices, which, 2)
-    return dot(first, vector), dot(second, vector), dot(third, vector)
+    # Written out: a part that takes 0, 1 or 2 is compiled for each of them.
+    m, (x, y, z) = matrices, vector
+    return (
+        m[which, 0, 0] * x + m[which, 0, 1] * y + m[which, 0, 2] * z,
+        m[which, 1, 0] * x + m[which, 1, 1] * y + m[which, 1, 2] * z,
+        m[which, 2, 0] * x + m[which, 2, 1] * y + m[which, 2, 2] * z,
+    )
 
 
 @inlined
 def transposed_times(matrices: np.ndarray, which: Any, vector: Vector) -> Vector:
     """The transpose of one of some matrices (n, 3, 3) times a vector."""
-    first, second, third = _column(matrices, which, 0), _column(matrices, which, 1), _column(matrices, which, 2)
-    return dot(first, vector), dot(second, vector), dot(third, vector)
+    m, (x, y, z) = matrices, vector
+    return (
+        m[which, 0, 0] * x + m[which, 1, 0] * y + m[which, 2, 0] * z,
+        m[which, 0, 1] * x + m[which, 1, 1] * y + m[which, 2, 1] * z,
+        m[which, 0, 2] * x + m[which, 1, 2] * y + m[which, 2, 2] * z,
+    )

@@ -77,17 +77,21 @@ def returned(
     threshold. every: all rows, and for each whether it is a return, (k,) bool.
     """
     known = (_NONE, _NONE > 0) if optics is None else (optics.reflectance, optics.retro)
-    return _returned(
+    rays = len(table)
+    rows, light, valid = np.empty(rays, np.intp), np.empty(rays, np.float32), np.empty(rays, np.bool_)
+    count = _returned(
         *(table, COMMON if hits.normals is None else hits.normals, hits.distance, ranges),
         *(hits.number, hits.surface_of, *known, np.float32(RETRO_GAIN)),
         *(*map(np.atleast_1d, gates), np.float32(least), every),
+        *(rows, light, valid),
     )
+    return rows[:count], light[:count], valid[:count]
 
 
 _NONE = np.zeros(0, np.float32)
 
 
-@compiled(makes_arrays=True)
+@compiled
 def _returned(
     table: np.ndarray,
     normals: np.ndarray,
@@ -102,9 +106,11 @@ def _returned(
     far: np.ndarray,
     least: np.float32,
     every: bool,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """See `returned`."""
-    rows, light, valid = np.empty(len(table), np.intp), np.empty(len(table), np.float32), np.empty(len(table), np.bool_)
+    rows: np.ndarray,
+    light: np.ndarray,
+    valid: np.ndarray,
+) -> int:
+    """How many `rows`, each with its `light` and whether it is `valid`, it has written; see `returned`."""
     count = 0
     for ray in range(len(table)):
         there = near[min(ray, len(near) - 1)] <= ranges[ray] <= far[min(ray, len(far) - 1)]
@@ -117,7 +123,7 @@ def _returned(
         if there or every:
             rows[count], light[count], valid[count] = ray, back, there
             count += 1
-    return rows[:count], light[:count], valid[:count]
+    return count
 
 
 def _mapping(config: LidarConfig) -> list[tuple[float, ...]]:

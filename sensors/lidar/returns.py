@@ -135,7 +135,9 @@ class Returns:
 
     def _along_beams(self) -> np.ndarray:
         """Range times direction, (k, 3) float32, sensor frame, from each ray's origin."""
-        return _along(self._pattern.directions[self._rows], self._index, self._range)
+        points = np.empty((len(self._index), 3), np.float32)
+        _along(self._pattern.directions[self._rows], self._index, self._range, points)
+        return points
 
     def azimuth(self) -> np.ndarray:
         """Azimuths [deg]: those of the beams if points lie on them."""
@@ -216,7 +218,9 @@ class Returns:
     def _levers(self) -> np.ndarray:
         """Vectors from the sensor's position to the hit points, (3, k) float32 [m], world axes."""
         offsets = COMMON if self._aim.offsets is None else self._aim.offsets
-        return _places(self._aim.table, offsets, self._index, self._range)
+        places = np.empty((3, len(self._index)), np.float32)
+        _places(self._aim.table, offsets, self._index, self._range, places)
+        return places
 
     def _of_surface(self, name: str) -> np.ndarray:
         """Rows of a surface table; 0 without a return."""
@@ -255,26 +259,22 @@ class Returns:
         return np.zeros(len(self._index), np.uint8)
 
 
-@compiled(makes_arrays=True)
-def _along(directions: np.ndarray, index: np.ndarray, ranges: np.ndarray) -> np.ndarray:
-    """(k, 3) points on the beams `index` (k,) of directions (n, 3)."""
-    points = np.empty((len(index), 3), np.float32)
+@compiled
+def _along(directions: np.ndarray, index: np.ndarray, ranges: np.ndarray, points: np.ndarray) -> None:
+    """Writes the points (k, 3) on the beams `index` (k,) of directions (n, 3)."""
     for row in range(len(index)):
         for axis in range(3):
             points[row, axis] = directions[index[row], axis] * ranges[row]
-    return points
 
 
-@compiled(makes_arrays=True)
-def _places(table: np.ndarray, offsets: np.ndarray, index: np.ndarray, ranges: np.ndarray) -> np.ndarray:
-    """(3, k) points on the rays `index` (k,) of a table (n, 6), which begin at offsets (n or 1, 3)."""
-    places = np.empty((3, len(index)), np.float32)
+@compiled
+def _places(table: np.ndarray, offsets: np.ndarray, index: np.ndarray, ranges: np.ndarray, places: np.ndarray) -> None:
+    """Writes the points (3, k) on the rays `index` (k,) of a table (n, 6), which begin at offsets (n or 1, 3)."""
     for row in range(len(index)):
         ray = index[row]
         own = min(ray, len(offsets) - 1)
         for axis in range(3):
             places[axis, row] = table[ray, 3 + axis] * ranges[row] + offsets[own, axis]
-    return places
 
 
 @compiled

@@ -241,7 +241,7 @@ class Scanner:
         key = rotation.tobytes() if exact else None
         if key is None or key != part.turned_by:
             start = (shot.pose[:3, 3] - anchor_of(shot.pose[:3, 3])).astype(np.float32)
-            aim_rays(columns, rotation.astype(np.float32), start, table)
+            aim_rays(np.ascontiguousarray(columns), rotation.astype(np.float32), start, table)
             part.turned_by = key
             part.memory.forget()
             part.memory.write(start, table)

@@ -61,11 +61,11 @@ def surface_velocities(app: App, sensor_path: str, in_world: bool) -> Velocities
             return None
         twists = twists_at(app, world.bodies, origin, poses) if len(moving) else _AT_REST
         if carrier is None:
-            return moving, _velocities(moving, body, levers(), twists, _AT_REST)
+            return moving, _of_points(moving, body, levers(), twists, _AT_REST)
         twist = None if own is None else own()
         if twist is None:
             twist = twists_at(app, (carrier,), origin, poses)
-        return slice(None), _velocities(np.arange(len(surfaces)), body, levers(), twists, twist)
+        return slice(None), _of_points(np.arange(len(surfaces)), body, levers(), twists, twist)
 
     return measure
 
@@ -84,15 +84,21 @@ def twists_at(app: App, bodies: tuple[str, ...], place: np.ndarray, poses: Any) 
 _AT_REST = np.zeros((6, 1), np.float32)
 
 
-@compiled(makes_arrays=True)
+def _of_points(*given: np.ndarray) -> np.ndarray:
+    """(m, 3) float32 [m/s], see `_velocities`."""
+    found = np.empty((len(given[0]), 3), np.float32)
+    _velocities(*map(np.ascontiguousarray, given), found)
+    return found
+
+
+@compiled
 def _velocities(
-    rows: np.ndarray, body: np.ndarray, levers: np.ndarray, twists: np.ndarray, own: np.ndarray
-) -> np.ndarray:
-    """(m, 3) v + w x r of points `rows` (m,) on bodies (k,), -1 for what stands, less that of the sensor.
+    rows: np.ndarray, body: np.ndarray, levers: np.ndarray, twists: np.ndarray, own: np.ndarray, found: np.ndarray
+) -> None:
+    """Writes v + w x r of points `rows` (m,) on bodies (k,), -1 for what stands, less that of the sensor.
 
     levers: (3, k); twists: (6, b) of the bodies; own: (6, k or 1) of the sensor.
     """
-    found = np.empty((len(rows), 3), np.float32)
     for at in range(len(rows)):
         row, carrier = rows[at], body[rows[at]]
         ray = min(row, own.shape[1] - 1)
@@ -103,7 +109,6 @@ def _velocities(
             if carrier >= 0:
                 speed = up * twists[3 + i, carrier] - across * twists[3 + j, carrier] + twists[axis, carrier]
             found[at, axis] = speed - (up * own[3 + i, ray] - across * own[3 + j, ray] + own[axis, ray])
-    return found
 
 
 def _carrier(app: App, path: str) -> str | None:

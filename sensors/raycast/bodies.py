@@ -134,26 +134,35 @@ class MovingMeshes:
         frames = np.concatenate([towards, shift, turns.reshape(-1, 9)], axis=1, dtype=np.float32)
         offsets = COMMON if rays.offsets is None else rays.offsets
         lengths = radii.astype(np.float32)
-        local, entry = _into_cells(pairs.index, pairs.pair, rays.table, offsets, frames, lengths)
+        local, entry = np.empty((len(pairs.index), 6), np.float32), np.empty(len(pairs.index), np.float32)
+        _into_cells(pairs.index, pairs.pair, rays.table, offsets, frames, lengths, local, entry)
         found = self._scene.cast(local, threads, uv=nearest.with_spots)
-        distance, triangle, normals = _out_of_cells(
-            *(pairs.pair, entry, found.distance, found.triangle, found.normals),
-            *(frames, lengths, self._begins[which], self._counts[which]),
+        met = found.distance, found.triangle, found.normals
+        distance, triangle, normals = (np.empty_like(one) for one in met)
+        _out_of_cells(
+            *(pairs.pair, entry, *met, frames, lengths, self._begins[which], self._counts[which]),
+            *(distance, triangle, normals),
         )
         spots = None if found.uv is None else Spots(triangle, found.uv)
         nearest.add_some(pairs.index, distance, self.surfaces[which].take(pairs.pair), normals, spots)
 
 
-@compiled(makes_arrays=True)
+@compiled
 def _into_cells(
-    index: np.ndarray, pair: np.ndarray, table: np.ndarray, offsets: np.ndarray, frames: np.ndarray, radii: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Rays (r, 6) float32 in their meshes' cells, and their entry distances, (r,) float32; both in radii.
+    index: np.ndarray,
+    pair: np.ndarray,
+    table: np.ndarray,
+    offsets: np.ndarray,
+    frames: np.ndarray,
+    radii: np.ndarray,
+    local: np.ndarray,
+    entry: np.ndarray,
+) -> None:
+    """Writes rays (r, 6) float32 in their meshes' cells, and their entry distances, (r,) float32; both in radii.
 
     index, pair: (r,), of the ray and its mesh. table, offsets: of all rays. frames: (k, 15) float32, of each mesh the
     way to its centre in radii, the place of the rays' origin in its cell, and its rotation, by rows; radii: (k,) [m].
     """
-    local, entry = np.empty((len(index), 6), np.float32), np.empty(len(index), np.float32)
     for row in range(len(index)):
         ray, mesh = index[row], pair[row]
         own, scale = min(ray, len(offsets) - 1), np.float32(1) / radii[mesh]
@@ -167,10 +176,9 @@ def _into_cells(
             direction = one * u + two * v + three * w
             local[row, axis] = frames[mesh, 3 + axis] + (one * x + two * y + three * z) + direction * ahead
             local[row, 3 + axis] = direction
-    return local, entry
 
 
-@compiled(makes_arrays=True)
+@compiled
 def _out_of_cells(
     pair: np.ndarray,
     entry: np.ndarray,
@@ -181,12 +189,14 @@ def _out_of_cells(
     radii: np.ndarray,
     begins: np.ndarray,
     counts: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Hits in the cells (r,) as distances [m], inf for those of other meshes, triangles of the meshes, and normals.
+    far: np.ndarray,
+    own: np.ndarray,
+    turned: np.ndarray,
+) -> None:
+    """Writes hits in the cells (r,) as distances [m], inf for those of other meshes, triangles of meshes, and normals.
 
     entry, frames, radii: of `_into_cells`; begins, counts: (k,) uint32, the triangles of each mesh in the scene.
     """
-    far, own, turned = np.empty_like(distance), np.empty_like(triangle), np.empty_like(normals)
     for row in range(len(pair)):
         mesh = pair[row]
         own[row] = triangle[row] - begins[mesh]
@@ -198,4 +208,3 @@ def _out_of_cells(
         for axis in range(3):
             one, two, three = frames[mesh, 6 + 3 * axis], frames[mesh, 7 + 3 * axis], frames[mesh, 8 + 3 * axis]
             turned[row, axis] = one * x + two * y + three * z
-    return far, own, turned

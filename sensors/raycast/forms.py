@@ -70,13 +70,17 @@ class PlacedForms:
         of all rays; offsets: (n, 3) float32 [m] of their origins from the solids' one. A ray that leaves a solid within
         `SKIN` of its origin started on its surface, and does not meet it there.
         """
-        return _lengths(index, owner, table, COMMON if offsets is None else offsets, *self._solids, SKIN)
+        found = np.full(len(index), np.inf)
+        _lengths(index, owner, table, COMMON if offsets is None else offsets, *self._solids, SKIN, found)
+        return found
 
     def normals(
         self, index: np.ndarray, owner: np.ndarray, table: np.ndarray, offsets: np.ndarray | None, length: np.ndarray
     ) -> np.ndarray:
         """(k, 3) float32 unit normals, outwards, world axes, at the `length`s found by `meet`; 0 for infinite ones."""
-        return _normals(index, owner, table, COMMON if offsets is None else offsets, *self._solids, length)
+        found = np.zeros((len(index), 3), np.float32)
+        _normals(index, owner, table, COMMON if offsets is None else offsets, *self._solids, length, found)
+        return found
 
 
 @inlined
@@ -165,7 +169,7 @@ def _capsule(start: Vector, ahead: Vector, low: float, high: float) -> tuple[flo
     return enter, leave
 
 
-@compiled(makes_arrays=True)
+@compiled
 def _lengths(
     index: np.ndarray,
     owner: np.ndarray,
@@ -176,9 +180,9 @@ def _lengths(
     kinds: np.ndarray,
     sizes: np.ndarray,
     skin: float,
-) -> np.ndarray:
-    """See `PlacedForms.meet`."""
-    found = np.full(len(index), np.inf)
+    found: np.ndarray,
+) -> None:
+    """Writes the lengths that are finite; see `PlacedForms.meet`."""
     for pair in range(len(index)):
         solid = owner[pair]
         start, ahead = _into_frame(index[pair], solid, table, offsets, starts, inverse)
@@ -197,7 +201,6 @@ def _lengths(
             found[pair] = enter
         elif leave >= enter and leave >= skin:
             found[pair] = leave
-    return found
 
 
 @inlined
@@ -221,7 +224,7 @@ def _frustum_normal(x: float, y: float, z: float, low: float, high: float) -> Ve
     return x, y, -slope * level
 
 
-@compiled(makes_arrays=True)
+@compiled
 def _normals(
     index: np.ndarray,
     owner: np.ndarray,
@@ -232,9 +235,9 @@ def _normals(
     kinds: np.ndarray,
     sizes: np.ndarray,
     lengths: np.ndarray,
-) -> np.ndarray:
-    """See `PlacedForms.normals`."""
-    found = np.zeros((len(index), 3), np.float32)
+    found: np.ndarray,
+) -> None:
+    """Writes the normals that are not 0; see `PlacedForms.normals`."""
     for pair in range(len(index)):
         solid, t = owner[pair], lengths[pair]
         if not t < np.inf:
@@ -253,7 +256,6 @@ def _normals(
         x, y, z = transposed_times(inverse, solid, (x, y, z))  # of the inverse: normals along world axes
         away = math.sqrt(x * x + y * y + z * z)
         found[pair, 0], found[pair, 1], found[pair, 2] = x / away, y / away, z / away
-    return found
 
 
 def _kind(form: ClosedForm) -> int:

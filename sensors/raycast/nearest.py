@@ -129,7 +129,7 @@ def _add_plane(
     triangle_of: np.ndarray,
     nothing: np.uint32,
 ) -> None:
-    above = above_plane(height, offsets, normal, 0)
+    above = above_plane(height, offsets, normal, np.int64(0))
     for ray in range(len(table)):
         if len(offsets) > 1:
             above = above_plane(height, offsets, normal, ray)

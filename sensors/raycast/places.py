@@ -160,10 +160,12 @@ def windows(
         first, span = np.array([one.first for one in looks]), np.array([one.span for one in looks])
         index, counts = looks[0].grid.near_local(axes[look, surface], places.half[look, surface], span[look])
         before = (places.distance - places.radius)[look, surface] - MARGIN_M
-        index, pair, kept = _in_front(
+        ray, pair, kept = np.empty(len(index), np.intp), np.empty(len(index), np.intp), np.empty(len(counts), np.intp)
+        total, number = _in_front(
             *(index, counts, (starts - first)[look], starts[look], sizes[look]),
-            *(before.astype(np.float32), distance),
+            *(before.astype(np.float32), distance, ray, pair, kept),
         )
+        index, pair, kept = ray[:total], pair[:total], kept[:number]
     return Pairs(surface[kept], look[kept], index, pair)
 
 
@@ -227,7 +229,7 @@ def _through_spheres(
     return rays[:total], spheres[:total], kept[:number]
 
 
-@compiled(makes_arrays=True)
+@compiled
 def _in_front(
     index: np.ndarray,
     counts: np.ndarray,
@@ -236,13 +238,16 @@ def _in_front(
     size: np.ndarray,
     before: np.ndarray,
     distance: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(ray (r,), cone (r,), kept (k,)): the rays of k cones that have any, and which they are of all.
+    rays: np.ndarray,
+    cones: np.ndarray,
+    kept: np.ndarray,
+) -> tuple[int, int]:
+    """Writes `rays` (r,) and `cones` (r,), the rays of k cones that have any, and `kept` (k,), which they are of all;
+    r and k.
 
     index: of the rays, cone after cone, `counts` of each, moved by its `shift`; those from `first` on, `size` of them,
     belong to it. distance: (n,) of the rays' hits, which are not farther than `before` for what is hidden.
     """
-    rays, cones, kept = np.empty(len(index), np.intp), np.empty(len(index), np.intp), np.empty(len(counts), np.intp)
     end = total = number = 0
     for cone in range(len(counts)):
         begin, end, former = end, end + counts[cone], total
@@ -254,4 +259,4 @@ def _in_front(
         if total > former:
             kept[number] = cone
             number += 1
-    return rays[:total], cones[:total], kept[:number]
+    return total, number

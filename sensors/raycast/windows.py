@@ -83,13 +83,18 @@ class RayGrid:
 
     def near_local(self, axes: np.ndarray, half: np.ndarray, span: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The same, with the axes in the grid's own frame, and a span (m,) for each cone."""
-        return _in_cones(
-            *(axes, half, span, self.middles, self.angles, self._low, self._high, self._bands),
-            *(self._columns, self._index, self._start),
-        )
+        counts, total = np.empty(len(axes), np.intp), 64 * len(axes) + 64
+        while True:
+            found = np.empty(total, np.intp)
+            total = _in_cones(
+                *(axes, half, span, self.middles, self.angles, self._low, self._high, self._bands),
+                *(self._columns, self._index, self._start, found, counts),
+            )
+            if total <= len(found):
+                return found[:total], counts
 
 
-@compiled(makes_arrays=True)
+@compiled
 def _in_cones(
     axes: np.ndarray,
     half: np.ndarray,
@@ -102,11 +107,15 @@ def _in_cones(
     columns: int,
     order: np.ndarray,
     start: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
-    """See `RayGrid.near_local`; low, high: (b,) [rad] the elevations of each band."""
-    found, counts = np.empty(64 * len(axes) + 64, np.intp), np.zeros(len(axes), np.intp)
+    found: np.ndarray,
+    counts: np.ndarray,
+) -> int:
+    """How many rays there are: those that fit into `found`, and their `counts` (m,). See `RayGrid.near_local`; low,
+    high: (b,) [rad] the elevations of each band.
+    """
     per_radian, total = columns / (2 * np.pi), 0
     for cone in range(len(axes)):
+        counts[cone] = 0
         x, y, z, group, wide = axes[cone, 0], axes[cone, 1], axes[cone, 2], span[cone], half[cone] + MARGIN
         level = math.hypot(x, y)
         length = max(math.hypot(level, z), 1e-300)
@@ -126,16 +135,12 @@ def _in_cones(
             cells = min(math.floor(centre + width) - first, columns - 1)
             cell = (first + columns // 2) % columns + (group * len(low) + band) * (2 * columns + 1)
             begin, end = start[cell], start[cell + cells + 1]
-            if total + end - begin > len(found):
-                grown = np.empty(2 * (total + end - begin), np.intp)
-                for at in range(total):
-                    grown[at] = found[at]
-                found = grown
-            for at in range(begin, end):
-                found[total] = order[at]
-                total += 1
+            if total + end - begin <= len(found):
+                for at in range(begin, end):
+                    found[total + at - begin] = order[at]
+            total += end - begin
             counts[cone] += end - begin
-    return found[:total], counts
+    return total
 
 
 def _cone(directions: np.ndarray) -> tuple[np.ndarray, float]:
