@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import statistics
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from fractions import Fraction
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import process_time
 from typing import Any, cast
+from unittest import mock
 
 from measure import Row, ratio, seconds
 
 from graph.sim import App
+from graph.sim.messages.recording import McapSink
 from graph.sim.renderer.products import RenderProduct
 from graph.sim.renderer.schedule import TickSchedule
 from graph.sim.renderer.sensor import Sensor
@@ -46,6 +51,43 @@ def measure(quick: bool) -> Iterator[Row]:
         yield Row(f"what {count} frozen sensor(s) not due add", more, 5.0 * count, "us")
     yield Row("App.update of 20 balls on a ground / its mj_steps", against_raw_steps(balls(), rounds), 1.2)
     yield Row("App.update of the yard / its mj_steps", against_raw_steps(YARD, rounds), 1.2)
+    what = "glue of an update in the recorded yard without its radar: neither casts, compiled loops nor physics"
+    yield Row(what, glue(2 * rounds) * 1e3, 12.0, "ms")
+
+
+def glue(updates: int) -> float:
+    """Processor seconds of an update of the yard's file, recorded, less those of the work that is not Python's."""
+    from graph.sim.physics.mujoco.engine import MujocoEngine
+    from sensors.compiled import Compiled
+    from sensors.raycast.triangles import TriangleScene
+
+    spent = 0.0
+
+    def counting(plain: Callable[..., Any]) -> Callable[..., Any]:
+        def call(*arguments: Any, **options: Any) -> Any:
+            nonlocal spent
+            started = process_time()
+            try:
+                return plain(*arguments, **options)
+            finally:
+                spent += process_time() - started
+
+        return call
+
+    work = (TriangleScene, "cast"), (TriangleScene, "blocked"), (Compiled, "__call__"), (MujocoEngine, "step")
+    with TemporaryDirectory() as folder, ExitStack() as stack:
+        app = stack.enter_context(App.from_file(YARD.parents[1] / "yard.yaml"))
+        app.bus.subscribe(McapSink(Path(folder) / "run.mcap"))
+        app.play()
+        app.update(12)
+        for product in app.rendering.products.values():
+            product.enabled = product.sensor.type_name != "OmniRadar"
+        app.update(12)
+        for owner, name in work:
+            stack.enter_context(mock.patch.object(owner, name, counting(getattr(owner, name))))
+        started = process_time()
+        app.update(6 * updates)
+        return (process_time() - started - spent) / (6 * updates)
 
 
 def nothing_dynamic(sensors: int, rounds: int, updates: int = 2000) -> float:
