@@ -76,14 +76,14 @@ def returned(
     lie between the gates (n,) or (); least: the least energy that is detected. Without optics there is no light and no
     threshold. every: all rows, and for each whether it is a return, (k,) bool.
     """
-    known = (_NONE, _NONE > 0) if optics is None else (optics.reflectance, optics.retro)
+    reflectance, retro = (_NONE, _NONE > 0) if optics is None else (optics.reflectance, optics.retro)
     rays = len(table)
     rows, light, valid = np.empty(rays, np.intp), np.empty(rays, np.float32), np.empty(rays, np.bool_)
+    near, far = map(np.atleast_1d, gates)
+    normals = COMMON if hits.normals is None else hits.normals
+    seen = table, normals, hits.distance, ranges, hits.number, hits.surface_of
     count = _returned(
-        *(table, COMMON if hits.normals is None else hits.normals, hits.distance, ranges),
-        *(hits.number, hits.surface_of, *known, np.float32(RETRO_GAIN)),
-        *(*map(np.atleast_1d, gates), np.float32(least), every),
-        *(rows, light, valid),
+        *seen, reflectance, retro, np.float32(RETRO_GAIN), near, far, np.float32(least), every, rows, light, valid
     )
     return rows[:count], light[:count], valid[:count]
 
