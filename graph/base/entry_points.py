@@ -1,6 +1,7 @@
 """Entry points that installed packages declare for TickGraph.
 
-Most have none of ours; `importlib.metadata`, which reads all that is installed, is imported only where one has.
+Most packages declare nothing for us. Only where one does is `importlib.metadata` imported, which reads all that is
+installed.
 """
 
 from __future__ import annotations
