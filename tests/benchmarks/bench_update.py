@@ -14,8 +14,8 @@ from unittest import mock
 
 from measure import Row, ratio, seconds
 
+from graph.recording.mcap_sink import McapSink
 from graph.sim import App
-from graph.sim.messages.recording import McapSink
 from graph.sim.renderer.products import RenderProduct
 from graph.sim.renderer.schedule import TickSchedule
 from graph.sim.renderer.sensor import Sensor
