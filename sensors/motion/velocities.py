@@ -84,10 +84,12 @@ def twists_at(app: App, bodies: tuple[str, ...], place: np.ndarray, poses: Any) 
 _AT_REST = np.zeros((6, 1), np.float32)
 
 
-def _of_points(*given: np.ndarray) -> np.ndarray:
+def _of_points(
+    rows: np.ndarray, body: np.ndarray, levers: np.ndarray, twists: np.ndarray, own: np.ndarray
+) -> np.ndarray:
     """(m, 3) float32 [m/s], see `_velocities`."""
-    found = np.empty((len(given[0]), 3), np.float32)
-    _velocities(*map(np.ascontiguousarray, given), found)
+    found = np.empty((len(rows), 3), np.float32)
+    _velocities(rows, body, np.ascontiguousarray(levers), twists, own, found)
     return found
 
 

@@ -12,7 +12,7 @@ from fractions import Fraction
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 import mujoco
 import numpy as np
@@ -28,6 +28,9 @@ from graph.sim.renderer.wrapper import unwrapped
 from sensors import LidarConfig, LidarSensor
 from sensors.lidar.config import EmitterState
 from sensors.lidar.prim import write_config
+
+if TYPE_CHECKING:
+    from sensors.lidar.runtime import LidarRuntime
 
 TITLE = "Peers: how many times longer they take (lidar: 64,000 rays at 10 Hz, physics 240, loop 60)"
 PHYSICS_HZ, LOOP_HZ, SCAN_HZ = 240, 60, 10
@@ -80,16 +83,17 @@ def lidars(count: int, rounds: int) -> Iterator[Row]:
             frame()
             model = mujoco.MjModel.from_xml_path(str(path))
             data = mujoco.MjData(model)
-            directions = unwrapped(sensor.render_product.sensor).turns.pattern(0).directions.astype(np.float64)
+            runtime = cast("LidarRuntime", unwrapped(sensor.render_product.sensor))
+            directions = runtime.turns.pattern(0).directions.astype(np.float64)
 
             def steps() -> None:
                 mujoco.mj_step(model, data, nstep=PHYSICS_HZ // SCAN_HZ)
 
-            for name, cast in peers(model, data, directions):
-                cast()
+            for name, trace in peers(model, data, directions):
+                trace()
                 lead = []
                 for _ in range(rounds):
-                    physics, whole, peer = seconds(steps), seconds(frame), seconds(cast)
+                    physics, whole, peer = seconds(steps), seconds(frame), seconds(trace)
                     lead.append(peer / max(whole - physics, 1e-9))
                 bound = 5.0 if name.startswith("mujoco-lidar") and count else None
                 yield Row(f"{name}: {what}", Median(lead), bound, best="most")
