@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -15,8 +16,20 @@ FEW = 400
 
 MOST_EACH = 16_384
 LEAST_EACH = 64
-SHARE = 4
-"""All meshes together get at most one ray for so many of the fan."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sampling:
+    """How many rays a scan has.
+
+    rays: about how many the fan has, None for what the radar says. stride: after a reflection every so many of them are
+    followed on, across and up: what is far off by then is small, or has rays of its own. share: all meshes that get
+    rays of their own have at most one for so many of the fan.
+    """
+
+    rays: int | None = None
+    stride: int = 2
+    share: int = 8
 
 
 class Tubes(NamedTuple):
@@ -125,14 +138,18 @@ def windows(
 
 
 def finer(
-    found: list[tuple[int, tuple[float, float], tuple[float, float]]], tubes: Tubes, rays: int, antenna: Antenna
+    found: list[tuple[int, tuple[float, float], tuple[float, float]]],
+    tubes: Tubes,
+    rays: int,
+    antenna: Antenna,
+    share: int,
 ) -> np.ndarray | None:
     """Fills tubes, after the first `rays` of the fan, with a grid over each window, of square steps as far as whole
     numbers of them allow; gives the numbers (n,) int32 of the windows of its rays, None for no window.
 
-    Windows beyond their `SHARE` are left out, and keep the rays of the fan.
+    Windows beyond their share (`Sampling`) are left out, and keep the rays of the fan.
     """
-    budget = rays // SHARE
+    budget = rays // share
     found = found[: max(0, budget // LEAST_EACH)]
     if not found:
         return None

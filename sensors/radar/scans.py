@@ -26,17 +26,12 @@ from .cube import Cube, Grid, as_chirps_give, merged
 from .detector import MOST_DETECTIONS, Detections, detections, limits
 from .images import Twists
 from .noise import Noise
-from .rays import SHARE, Tubes, fill, finer, windows
+from .rays import Sampling, Tubes, fill, finer, windows
 from .setting import Scenery, Setting
 from .tracing import Tracer
 
 if TYPE_CHECKING:
     from .runtime import RadarRuntime
-
-
-STRIDE = 2
-"""After a reflection every so many rays of the fan are followed on, across and up: what is far off by then is small, or
-has rays of its own."""
 
 
 KEPT_CUBES = 4
@@ -73,10 +68,14 @@ class _Fan:
 
 
 class Scans(Model["RadarRuntime"]):
-    """The scans of one radar as it is configured now: their rays, and what these brought back while nothing moved."""
+    """The scans of one radar as it is configured now: their rays, and what these brought back while nothing moved.
 
-    def __init__(self, radar: RadarRuntime) -> None:
+    sampling: how many rays; None for the knob's.
+    """
+
+    def __init__(self, radar: RadarRuntime, sampling: Sampling | None = None) -> None:
         super().__init__(radar)
+        self._sampling = sampling or Sampling(self._app.fidelity.radar_rays)
         self._config = config = radar.config
         self._custom = custom_frame(config.output_frame_of_reference, config.custom_frame_of_reference_trafo)
         self._fans: dict[int, _Fan] = {}
@@ -186,12 +185,12 @@ class Scans(Model["RadarRuntime"]):
     def _fan(self, number: int) -> _Fan:
         if number not in self._fans:
             scan = self._config.scans[number]
-            across, up = scan.grid(self._app.fidelity.radar_rays)
+            across, up = scan.grid(self._sampling.rays)
             limit = scan.azimuth_limit
             count = across * up
-            room = Tubes.room(count + count // SHARE)
+            room = Tubes.room(count + count // self._sampling.share)
             tubes = room.part(0, count)
-            fill(tubes, (-limit, limit), scan.elevations, across, self._antenna(scan), stride=STRIDE)
+            fill(tubes, (-limit, limit), scan.elevations, across, self._antenna(scan), stride=self._sampling.stride)
             tubes.angle[:] = Grid.of(scan, 0).angles(tubes.azimuth, tubes.elevation)
             self._fans[number] = _Fan(
                 room,
@@ -221,7 +220,7 @@ class Scans(Model["RadarRuntime"]):
             local[moving] = np.einsum("sij,scj->sci", pose[:, :3, :3], boxes[moving]) + pose[:, None, :3, 3]
         corners = (local - setting.pose[:3, 3]) @ setting.pose[:3, :3]
         found = windows(corners, scan.azimuth_limit, scan.elevations, fan.step, setting.reach)
-        owner = finer(found, fan.tubes, len(fan.table), setting.antenna)
+        owner = finer(found, fan.tubes, len(fan.table), setting.antenna, self._sampling.share)
         if owner is not None:
             small[owner] = True
         return owner, small
