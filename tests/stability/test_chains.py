@@ -8,7 +8,7 @@ import pytest
 from graph.sim import App
 
 from .case import GROUND, world
-from .chains import CASES, energy, extremes, heavy_top, random_chain, ring, rods, widest_gap
+from .chains import CASES, energy, extremes, heavy_top, random_chain, ring, rod, rods, widest_gap
 
 
 @pytest.mark.parametrize("hz", [60, 240])
@@ -110,3 +110,22 @@ def test_worlds_without_chains_or_loops_are_stepped_as_before():
     ball = {"type": "Sphere", "radius": 0.1, "rigid_body": True}
     for prims in ({"/Ball": ball}, rods(1), robot(0.0, 1.0)):
         assert not world(prims, 60, {}).divides
+
+
+@pytest.mark.parametrize(("rate", "codes"), [(17.0, []), (1600.0, ["energy-grows"])])
+def test_what_the_smallest_part_cannot_hold_is_one_warning_with_the_chain_and_what_helps(rate, codes):
+    """A ball joint may turn by 0.4 rad in a part of a step: 1536 rad/s in 1/64 of 1/60 s. The drive keeps rk4 away."""
+    prims = rods(1, 0.2, 1.0)
+    prims["/Hinge0"]["schemas"] = ["PhysicsDriveAPI:angular"]
+    prims["/Hinge0"]["attributes"]["drive:angular:physics:damping"] = 1.0
+    prims |= rod("/Rod1", 0.2, 1.0, translate=[0.3, 0, 0], angular_velocity=[np.degrees(rate), 0, 0])
+    ends = {"physics:body0": "/Rod0", "physics:localPos0": [0.1, 0, 0]}
+    ends |= {"physics:body1": "/Rod1", "physics:localPos1": [-0.1, 0, 0]}
+    prims["/Ball"] = {"type": "PhysicsSphericalJoint", "attributes": ends}
+    with App(None, physics_hz=60, loop_hz=60) as app:
+        app.add_prims(prims)
+        app.play()
+        app.update()
+        told = [one for one in app.warnings if one.code == "energy-grows"]
+    assert [one.code for one in told] == codes
+    assert all("1/64 of a step" in one.message and "raise physics_hz" in one.message for one in told)
