@@ -81,13 +81,6 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
                 app.warn(
                     "lidar-attribute-ignored", self.path, f"{name} {chosen} is not modelled; it acts as {known[0]}"
                 )
-        if config.range_offset_m and not app.fidelity.lidar_noise:
-            app.warn(
-                "range-offset-off",
-                self.path,
-                f"rangeOffsetM {config.range_offset_m:g} m is part of the noise, which is off, so ranges are exact; "
-                "set lidar.noise to on to add it",
-            )
         self.frame_facts = {
             "frame_of_reference": config.output_frame_of_reference,
             "motion_compensation": "COMPENSATED" if self.compensates else "NONCOMPENSATED",

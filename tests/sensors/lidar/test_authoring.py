@@ -391,13 +391,3 @@ def test_tokens_that_are_not_modelled_are_reported(name, word):
         render_product(app, "/World/Lidar")
         [told] = [one for one in app.warnings if one.code == "lidar-attribute-ignored"]
         assert f"{name} {word} is not modelled" in told.message
-
-
-@pytest.mark.parametrize(("noise", "codes"), [("off", ["range-offset-off"]), ("on", [])])
-def test_an_offset_of_ranges_that_is_not_added_is_reported(noise, codes):
-    """It is part of the noise: 0.05 m of a TiM781."""
-    with weightless(lidar_noise=noise) as app:
-        define_lidar(app).GetAttribute("omni:sensor:Core:rangeOffsetM").Set(0.05)
-        render_product(app, "/World/Lidar")
-        assert [one.code for one in app.warnings] == codes
-        assert all("rangeOffsetM 0.05 m" in one.message for one in app.warnings)
