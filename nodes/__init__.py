@@ -394,6 +394,9 @@ TYPES: Mapping[str, tuple[str, ...]] = {
         "omni.physx.graph.SceneQueryRaycastAll",
         "omni.physx.graph.SceneQueryRaycastAny",
         "omni.physx.graph.SceneQueryRaycastClosest",
+        "omni.physx.graph.SceneQuerySweepSphereAll",
+        "omni.physx.graph.SceneQuerySweepSphereAny",
+        "omni.physx.graph.SceneQuerySweepSphereClosest",
     ),
     "replicator.indices": (
         "isaacsim.replicator.domain_randomization.OgnCountIndices",

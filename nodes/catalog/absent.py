@@ -17,8 +17,7 @@ _LIDAR = "use OgnIsaacExtractRTXSensorPointCloud, or ROS2RtxLidarHelper, which p
 _RADAR = "use OgnIsaacExtractRTXSensorPointCloud, or ROS2RtxRadarHelper, which publishes"
 _PRINT = "use graph inspect, which prints a frame of a sensor"
 _IMMEDIATE = "colliders are asked where physics has them; use the SceneQuery nodes of omni.physx.graph"
-_PRIM = "use SceneQueryOverlapBoxAll or SceneQueryOverlapSphereAll of the prim's size"
-_SWEEP = "spheres are not swept here; use SceneQueryRaycastAll, or SceneQueryOverlapSphereAll at points of the way"
+_PRIM = "ask with a box or a sphere of the prim's size: SceneQueryOverlapBoxAll, SceneQuerySweepSphereAll"
 _VEHICLE = "vehicles of PhysX are not modelled here; build them of bodies and joints"
 
 ABSENT = {
@@ -48,9 +47,9 @@ ABSENT = {
     "omni.physx.graph.OnContactEventAdvanced": "use OnContactEventBasic, and IsaacReadContactSensor for forces",
     "omni.physx.graph.SceneQueryOverlapPrimAll": _PRIM,
     "omni.physx.graph.SceneQueryOverlapPrimAny": _PRIM,
-    "omni.physx.graph.SceneQuerySweepSphereAll": _SWEEP,
-    "omni.physx.graph.SceneQuerySweepSphereAny": _SWEEP,
-    "omni.physx.graph.SceneQuerySweepSphereClosest": _SWEEP,
+    "omni.physx.graph.SceneQuerySweepPrimAll": _PRIM,
+    "omni.physx.graph.SceneQuerySweepPrimAny": _PRIM,
+    "omni.physx.graph.SceneQuerySweepPrimClosest": _PRIM,
     "omni.physx.graph.VehicleGetDriveState": _VEHICLE,
     "omni.physx.graph.VehicleGetWheelState": _VEHICLE,
     "isaacsim.replicator.domain_randomization.OgnOnRLFrame": _RL,

@@ -278,6 +278,10 @@ class PhysicsEngine(Protocol):
         """
         raise RunError(f"the physics engine {self.name} casts no rays")
 
+    def sphere_hits(self, origin: Floats, direction: Floats, radius: float, most: float) -> list[RayHit]:
+        """The same for a sphere of this radius [m] whose centre moves; the distance is the centre's."""
+        raise RunError(f"the physics engine {self.name} sweeps no spheres")
+
     def gripper(self, path: str) -> SurfaceGripper:
         """The surface gripper at a path. Raises RunError if the path has no gripper."""
         raise RunError(f"{path}: the physics engine {self.name} has no surface grippers")

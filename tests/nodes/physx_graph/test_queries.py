@@ -18,7 +18,13 @@ PRIMS = {
     "/World/Ghost": {"type": "Cube", "size": 0.2, "translate": [1, 0, 1], "collision": False},
 }
 TYPED = {
-    **{"origin": "pointd[3]", "position": "pointd[3]", "direction": "vectord[3]", "raycastRange": "double"},
+    **{
+        "origin": "pointd[3]",
+        "position": "pointd[3]",
+        "direction": "vectord[3]",
+        "raycastRange": "double",
+        "sweepRange": "double",
+    },
     **{"radius": "double", "dimensions": "double[3]", "rotation": "double[3]"},
 }
 
@@ -113,3 +119,21 @@ def test_a_box_is_turned(ask, degrees, found):
 def test_a_query_without_a_size_fails_and_says_why(ask, name, inputs, message):
     with pytest.raises(Exception, match=message):
         ask(name, **inputs)
+
+
+def test_a_moving_sphere_meets_what_it_touches(ask):
+    """0.6 beside the ball it touches at 0.5 + 0.3 = 0.8, so at x = 2 - sqrt(0.64 - 0.36); the wall at 4 - 0.3."""
+    trace = ask("SweepSphereAll", origin=[0, 0.6, 1], direction=[1, 0, 0], radius=0.3)
+    assert list(trace.values("colliderPrimPaths")[0]) == ["/World/Ball", "/World/Wall"]
+    assert np.allclose(trace.values("distances")[0], [2 - math.sqrt(0.28), 3.7], atol=1e-3)
+    assert np.allclose(trace.values("normals")[0][1], [-1, 0, 0], atol=1e-3)
+    assert np.allclose(trace.values("positions")[0][1], [4, 0.6, 1], atol=1e-3)
+
+
+@pytest.mark.parametrize(("side", "reach", "hit"), [(0.9, -1.0, True), (0.6, 1.4, False), (0.6, 1.6, True)])
+def test_a_sweep_ends_at_its_range(ask, side, reach, hit):
+    """At 0.9 beside the ball (0.5 + 0.3 = 0.8) only the wall is met; at 0.6 the ball after 1.47."""
+    inputs = {"origin": [0, side, 1], "direction": [1, 0, 0], "radius": 0.3, "sweepRange": reach}
+    assert ask("SweepSphereAny", **inputs).values("hit") == [hit]
+    nearest = ask("SweepSphereClosest", **inputs).values("colliderPrimPath")[0]
+    assert nearest == ("" if not hit else "/World/Wall" if side == 0.9 else "/World/Ball")

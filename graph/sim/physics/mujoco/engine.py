@@ -394,11 +394,19 @@ class MujocoEngine(PhysicsEngine):
 
     def overlapping_sphere(self, center: Floats, radius: float) -> list[tuple[str, str]]:
         """Paths of the colliders in a sphere and of their bodies, see `PhysicsEngine`."""
-        if self._balls is None:
-            self._balls = BoxQueries(self, mujoco.mjtGeom.mjGEOM_SPHERE)
         pose = np.eye(4)
         pose[:3, 3] = center
-        return self._balls.overlapping(pose, np.full(3, radius))
+        return self._sphere_queries.overlapping(pose, np.full(3, radius))
+
+    def sphere_hits(self, origin: Floats, direction: Floats, radius: float, most: float) -> list[protocol.RayHit]:
+        """The colliders that a swept sphere hits, see `PhysicsEngine`."""
+        return self._sphere_queries.swept(origin, direction, radius, most)
+
+    @property
+    def _sphere_queries(self) -> BoxQueries:
+        if self._balls is None:
+            self._balls = BoxQueries(self, mujoco.mjtGeom.mjGEOM_SPHERE)
+        return self._balls
 
     def ray_hits(self, origin: Floats, direction: Floats, most: float) -> list[protocol.RayHit]:
         """The colliders that a ray hits, see `PhysicsEngine`."""

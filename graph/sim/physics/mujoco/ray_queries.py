@@ -34,9 +34,9 @@ def ray_hits(engine: MujocoEngine, origin: Floats, direction: Floats, most: floa
         if 0 <= distance <= most:
             if normal @ direction > 0:  # it leaves the shape here, so it began inside
                 distance, normal = 0.0, -direction
-            owner = engine.colliders[geom]
+            collider, body = owner = engine.colliders[geom]
             if owner not in found or distance < found[owner].distance:
-                found[owner] = RayHit(*owner, distance, origin + distance * direction, normal)
+                found[owner] = RayHit(collider, body, distance, origin + distance * direction, normal)
     return sorted(found.values(), key=lambda hit: (hit.distance, hit.collider))
 
 
