@@ -13,8 +13,10 @@ NANOSECONDS = 1_000_000_000
 def rate(value: int | float | str | Fraction, *, stored_as_float32: bool = False) -> Fraction:
     """The rate [Hz] that a user meant: the shortest decimal that round-trips the stored type.
 
-    29.97 gives 2997/100, also when it was stored as float32. Text such as "60000/1001" is accepted.
-    Raises ValueError for anything that is not a finite number.
+    Text such as "60000/1001" is accepted. Raises ValueError for anything that is not a finite number.
+
+    >>> rate(29.97), rate(29.969999313354492, stored_as_float32=True), rate("60000/1001")
+    (Fraction(2997, 100), Fraction(2997, 100), Fraction(60000, 1001))
     """
     number = _number(value)
     if isinstance(number, Fraction):
@@ -23,9 +25,12 @@ def rate(value: int | float | str | Fraction, *, stored_as_float32: bool = False
 
 
 def duration(value: int | float | str | Fraction) -> Fraction:
-    """A time step or duration [s]; a float becomes the nearest fraction with a denominator <= 10**9 (1/60 stays 1/60).
+    """A time step or duration [s]; a float becomes the nearest fraction with a denominator <= 10**9.
 
     Raises ValueError for anything that is not a finite number.
+
+    >>> duration(1 / 60), duration(0.1)
+    (Fraction(1, 60), Fraction(1, 10))
     """
     number = _number(value)
     return number if isinstance(number, Fraction) else Fraction(number).limit_denominator(10**9)
@@ -39,7 +44,11 @@ def nanoseconds(seconds: Fraction) -> int:
 
 
 def shortest(value: Fraction | int) -> str:
-    """An exact number as text: a short decimal if the decimal is exact, else a fraction."""
+    """An exact number as text: a short decimal if the decimal is exact, else a fraction.
+
+    >>> shortest(Fraction(1, 8)), shortest(Fraction(1, 3))
+    ('0.125', '1/3')
+    """
     exact = Fraction(value)
     if exact.denominator == 1:
         return str(exact.numerator)

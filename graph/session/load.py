@@ -42,6 +42,10 @@ def load_graph(path: str | Path, allow: Iterable[Path] = (), *, skip_unknown: bo
 
     allow: further folders in which the file may name files, besides its own. skip_unknown: nodes of unknown types are
     left out. Raises UserError with every problem of the file and of its graphs together; warnings are in `spec.notes`.
+
+    >>> loaded = load_graph("graphs/quickstart.yaml")
+    >>> [graph.path for graph in loaded.graphs]
+    ['/World/ActionGraph']
     """
     from graph.files import examine
 

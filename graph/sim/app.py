@@ -59,6 +59,14 @@ class App(Suggesting):
     An App holds its parts and passes calls on to them: `world` (stage, Fabric, physics, edits), `simulation` (builds,
     steps and frees the world), `rendering` (sensors), `timeline`, `driver` (states and updates), `phases` (their
     subscribers), `bus` (messages), `settings`. No part has a reference to the App.
+
+    >>> from graph.sim import App
+    >>> with App(physics_hz=240, loop_hz=60) as app:
+    ...     app.add_prims({"/Ball": {"type": "Sphere", "radius": 0.1, "translate": [0, 0, 9], "rigid_body": True}})
+    ...     app.play()
+    ...     app.update(30)
+    ...     app.simulation.get_num_physics_steps(), app.simulation.get_simulation_time()
+    (120, 0.5)
     """
 
     _instead: ClassVar[Mapping[str, str]] = {

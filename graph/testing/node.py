@@ -120,6 +120,15 @@ def run_node(
 
     Outputs are checked against their declared types after every compute: a value of another type raises AssertionError.
     Raises UserError for a wrong type id, name or value, and ComputeError when the node fails.
+
+    >>> trace = run_node(
+    ...     "omni.graph.action.Countdown",
+    ...     inputs={"duration": 10, "period": 3},
+    ...     pulses={"execIn": [0]},
+    ...     updates=12,
+    ... )
+    >>> trace.fired("tick"), trace.fired("finished")
+    ([3, 6, 9], [10])
     """
     check_length(updates)
     schedule = {name: _counted(name, times) for name, times in (pulses or {}).items()}

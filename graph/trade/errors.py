@@ -19,9 +19,9 @@ class Horizon:
 
 
 def horizon_of(reference: Measured, refined: Measured | None) -> Horizon:
-    """Up to when a reference and its refinement agree on every body.
+    """The time up to which the reference and its refined run agree on the pose of every body; errors count until then.
 
-    Beyond, the motion depends on more than the reference resolves: after contacts it is chaotic.
+    Later the motion depends on more than the reference resolves: after contacts it is chaotic.
     """
     end = reference.ended_at
     if refined is None:

@@ -34,7 +34,7 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
     side_axis = 0
     only_on_request = LIT | {CROSS}
     group: TileGroup | None = None
-    """The cameras with which it looks together."""
+    """The cameras whose rays are cast in one call with those of this camera; None: it casts alone."""
     _imager: Imager | None = None
 
     def read(self, prim: Usd.Prim) -> CameraConfig:

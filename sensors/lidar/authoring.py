@@ -53,6 +53,12 @@ class Lidar(SensorPrim):
         scanRateBaseHz unless tick_rate says otherwise. usd_path: an asset that holds a lidar; a .usda is
         referenced as the prim itself, any other below an Xform, whose first lidar is wrapped. variant: a name, or
         {variant set: name}. Other options as in the constructor. Raises SensorValueError.
+
+        >>> from graph.sim import App
+        >>> with App() as app:
+        ...     lidar = Lidar.create("/World/lidar", config="Example_Rotary", tick_rate=10.0, translations=[0, 0, 1])
+        ...     lidar.path, lidar.config.scan_rate_base_hz
+        ('/World/lidar', Fraction(10, 1))
         """
         return super().create(path, accumulate_outputs=accumulate_outputs, **options)
 

@@ -139,7 +139,10 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
         self._scanning().advance(start, end, poses)
 
     def measure(self, tick: Tick) -> Measurement:
-        """The scan of a tick, or a part of one; of one state without a cast, and empty, if nothing is requested."""
+        """The scan of a tick, or the part of a scan that was fired since the last tick.
+
+        If no channel is requested, no ray is cast: the result has the poses of one state and no returns.
+        """
         return self._scanning().measure(tick)
 
     def _scanning(self) -> Scans:

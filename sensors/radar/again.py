@@ -41,13 +41,13 @@ class Facing(NamedTuple):
 
     @classmethod
     def room(cls, count: int) -> Facing:
-        """For so many faces."""
+        """Uninitialised arrays for `count` faces."""
         wave, face, curved = np.empty((3, count), np.int64)
         rays, back = np.empty((count, 6), np.float32), np.empty((count, 3), np.float32)
         return cls(wave, face, np.empty(count, bool), curved, np.empty(count), rays, back)
 
     def first(self, count: int) -> Facing:
-        """So many of them."""
+        """The first `count` faces, as views."""
         return Facing(*(each[:count] for each in self))
 
 

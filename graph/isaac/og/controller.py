@@ -61,6 +61,19 @@ class Controller:
     nothing, or it is done. It takes effect at the next evaluation of its graph. An edit that a node makes during the
     evaluation of the graph is checked at once and applied when that evaluation has ended. Nodes that stay keep their
     memory, state, outputs and sleep. Values (`set`) are set at once.
+
+    >>> keys = Controller.Keys
+    >>> graph, (add,), _, _ = Controller.edit(
+    ...     "/World/Sum",
+    ...     {
+    ...         keys.CREATE_NODES: [("add", "omni.graph.nodes.Add")],
+    ...         keys.SET_VALUES: [("add.inputs:a", 2.0, "double"), ("add.inputs:b", 3.0, "double")],
+    ...     },
+    ... )
+    >>> Controller.evaluate_sync(graph)
+    >>> Controller.get("outputs:sum", add)
+    5.0
+    >>> Controller.delete_graph(graph)
     """
 
     Keys = Keys
