@@ -132,7 +132,6 @@ class _Reporting:
 
     def make(self, **options: Any) -> App:
         """The App of the script."""
-        from graph.session.restage import open_scene
         from graph.session.runner import GraphRunner
         from graph.sim import App
         from graph.sim.timing.wall_clock import RealClock
@@ -152,6 +151,8 @@ class _Reporting:
         )
         self.runner = GraphRunner(app, [], scripts="run")
         if scene is not None:
+            from graph.session.restage import open_scene
+
             open_scene(app, scene, args.allow)
         from graph.isaac.viewports import author_cameras
 

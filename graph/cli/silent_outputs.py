@@ -14,15 +14,16 @@ if TYPE_CHECKING:
 
 def wired_sensors(app: App, runner: GraphRunner) -> Iterator[str]:
     """Paths of the sensor prims that nodes name, in file order, rendered or not."""
+    named = [path for node in _nodes(runner) for name in node.type.inputs_as("sensor") for path in node.get(name) or ()]
+    if not named:  # the types of all sensors would be loaded for nothing
+        return
     from sensors.sensor_types import sensor_types
 
     known = sensor_types()
-    for node in _nodes(runner):
-        for name in node.type.inputs_as("sensor"):
-            for path in node.get(name) or ():
-                prim = prim_at(app.stage, path)
-                if prim and str(prim.GetTypeName()) in known:
-                    yield str(path)
+    for path in named:
+        prim = prim_at(app.stage, path)
+        if prim and str(prim.GetTypeName()) in known:
+            yield str(path)
 
 
 def silent_parts(app: App, runner: GraphRunner) -> list[str]:

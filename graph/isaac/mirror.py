@@ -15,15 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import Mark, UserError
-from graph.isaac.og import Controller, Keys
 from graph.session.runner import graphs_of
 from graph.spec.file_spec import FileSpec, GraphSpec
-from graph.spec.migration import migrate
-from graph.usd_files.graph_prims import read_graphs
-from graph.usd_files.node_writing import write_value
-from graph.usd_files.specs import graph_specs
-from graph.usd_files.values import plain
-from graph.usd_files.writing import layer_of
 
 if TYPE_CHECKING:
     from graph.evaluate import Node
@@ -54,7 +47,9 @@ class Mirror:
         from graph.sim.usd import Tf, Usd
 
         self._listener = Tf.Notice.Register(Usd.Notice.ObjectsChanged, self._noticed, self._app.stage)
-        self._said = self._read()
+        # Most scripts have no graph; reading loads what compiles them.
+        has_graphs = any(str(prim.GetTypeName()) in GRAPH_TYPES for prim in self._app.stage.TraverseAll())
+        self._said = self._read() if has_graphs else {}
         self._changed = False
 
     def _end(self) -> None:
@@ -87,6 +82,7 @@ class Mirror:
     def write(self, path: str) -> None:
         """Writes the prims of a graph as it is now; of one that is gone, removes them."""
         from graph.sim.usd import Sdf
+        from graph.usd_files.writing import layer_of
 
         graph = self._graphs.latest(path)
         with self._silence():
@@ -114,6 +110,9 @@ class Mirror:
 
     def set(self, node: Node, full: str) -> None:
         """Writes the value of one input or state attribute."""
+        from graph.usd_files.node_writing import write_value
+        from graph.usd_files.values import plain
+
         layer = self._app.stage.GetEditTarget().GetLayer()
         prim, said = layer.GetPrimAtPath(node.path), self._said.get(node.graph.path)
         if prim is None or said is None:
@@ -153,6 +152,8 @@ class Mirror:
         """Applies what a script has changed on the prims of graphs since the last call."""
         if not self._changed:
             return
+        from graph.isaac.og import Controller
+
         self._changed = False
         now = self._read()
         for path in [path for path in self._said if path not in now]:
@@ -175,6 +176,10 @@ class Mirror:
             self._app.warn("stage-edit-refused", path, "; ".join(str(one.message) for one in error.problems))
 
     def _read(self) -> dict[str, GraphSpec]:
+        from graph.spec.migration import migrate
+        from graph.usd_files.graph_prims import read_graphs
+        from graph.usd_files.specs import graph_specs
+
         def tell(code: str, place: str, message: str) -> None:
             self._app.warn(code, place, message)
 
@@ -194,6 +199,8 @@ def _with_short_names(spec: GraphSpec) -> GraphSpec:
 
 def _differences(before: GraphSpec, now: GraphSpec) -> Iterator[dict[str, Any]]:
     """What makes the second of the first, as edits; each may fail without the others."""
+    from graph.isaac.og import Keys
+
     old, new = {one.name: one for one in before.nodes}, {one.name: one for one in now.nodes}
     gone = [name for name, one in old.items() if name not in new or new[name].type != one.type]
     if gone:
