@@ -41,6 +41,9 @@ class IsaacModule(ModuleType):
             place = home_of(home)
             if name in public_names(place):
                 return getattr(place, name)
+        if self.__name__.endswith(".msg"):
+            package = self.__name__.partition(".")[0]
+            return import_module("graph.isaac.modules.rclpy").message_class(f"{package}/msg/{name}")
         if (row := names.row(name)) is not None:
             from .outcomes import outcome
 
@@ -63,7 +66,8 @@ class _Finder(MetaPathFinder, Loader):
         self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         names = names_of(fullname)
-        if not names.known:
+        ros = fullname.partition(".")[0] == "rclpy" or not names.known
+        if ros and not _is_ros(fullname):
             return None
         return ModuleSpec(fullname, self, origin="tickgraph", is_package=True)
 
@@ -77,6 +81,21 @@ class _Finder(MetaPathFinder, Loader):
             from .outcomes import tell_old_name
 
             tell_old_name(module.__name__, instead)
+
+
+def _is_ros(name: str) -> bool:
+    """Whether it is a module of ROS 2, and the running script may import these (`graph exec --rclpy`)."""
+    from .session import RUN
+
+    run = RUN.get()
+    if run is None or not run.rclpy:
+        return False
+    if name.partition(".")[0] == "rclpy":
+        return names_of(name).known
+    from graph.sim.messages.ros_types import type_names
+
+    package, _, rest = name.partition(".")
+    return rest in ("", "msg") and any(one.startswith(f"{package}/msg/") for one in type_names())
 
 
 _FINDER = _Finder()
@@ -105,10 +124,12 @@ def importable() -> Iterator[None]:
             _users -= 1
             if not _users:
                 sys.meta_path.remove(_FINDER)
-                for name, module in _ours.items():
+                for name, module in list(_ours.items()):
                     if sys.modules.get(name) is module:
                         del sys.modules[name]
                         _unbind(name, module)
+                    if name.startswith("rclpy") or not names_of(name).known:  # of ROS 2: only for runs that ask for it
+                        del _ours[name]
 
 
 def _unbind(name: str, module: ModuleType) -> None:
