@@ -34,7 +34,7 @@ class Limit:
 LIMITS: dict[str, Limit] = {
     "file.yaml": Limit(1 * MIB, "bytes", "a YAML file; JSON is read several times as fast"),
     "file.json": Limit(12 * MIB, "bytes", "a JSON file"),
-    "file.script": Limit(4 * MIB, "bytes", "a Python script that is checked"),
+    "file.script": Limit(1 * MIB, "bytes", "a Python script that is checked"),
     "file.keys": Limit(600_000, "keys", "the mappings of a YAML or JSON file"),
     "file.prims": Limit(100_000, "prims", "those that a graph file writes, with those above them"),
     "graph.nodes": Limit(200_000, "nodes", "the graphs of a file, once for each prim that has the graph"),

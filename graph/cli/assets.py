@@ -79,7 +79,7 @@ def _of_script(file: Path) -> Iterator[Wanted]:
     from graph.portability.syntax import read_script
 
     script = read_script(file)
-    for node in ast.walk(script.tree):
+    for node in script.nodes:
         text = node.value if isinstance(node, ast.Constant) else None
         if isinstance(text, str) and text.lower().endswith(SCENES) and "\n" not in text:
             yield _looked_up(text, file.absolute().parent, f"{file}:{getattr(node, 'lineno', 1)}")

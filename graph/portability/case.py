@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from graph.sim.settings import Settings
     from graph.spec.file_spec import FileSpec, NodeSpec
 
+SENSORS = ("OmniLidar", "OmniRadar", "Camera")
 Found = tuple[str, str]
 """What it concerns (a prim, PRIM.ATTRIBUTE, NODE.inputs:NAME, a setting or `clock`), and what is wrong with it."""
 Finder = Callable[["Case"], Iterator[Found]]
@@ -49,8 +50,12 @@ class Case:
         return self.settings.get(path)
 
     def prims(self, *types: str) -> Iterator[Usd.Prim]:
-        """The prims of these types on the stage."""
-        return (prim for prim in self.stage.Traverse() if prim.GetTypeName() in types)
+        """The sensor prims of these types on the stage."""
+        return (prim for prim in self._sensors if prim.GetTypeName() in types)
+
+    @cached_property
+    def _sensors(self) -> list[Usd.Prim]:
+        return [prim for prim in self.stage.Traverse() if prim.GetTypeName() in SENSORS]
 
     @cached_property
     def makers(self) -> list[tuple[Node, str]]:

@@ -66,7 +66,7 @@ def _deprecated(script: Script) -> Iterator[Found]:
 
 @finds("extension-renamed")
 def _extensions(script: Script) -> Iterator[Found]:
-    for call, name in script.calls():
+    for call, name in script.called:
         if name.endswith(("enable_extension", "set_extension_enabled_immediate", "set_extension_enabled")):
             extension = script.value_of(_argument(call, 0, "name"))
             if isinstance(extension, str) and (instead := replacement(extension, GONE)):
@@ -75,7 +75,7 @@ def _extensions(script: Script) -> Iterator[Found]:
 
 @finds("class-deprecated")
 def _classes(script: Script) -> Iterator[Found]:
-    for call, name in script.calls():
+    for call, name in script.called:
         called = name.rpartition(".")[2]
         if called == "execute" and name.startswith("omni.kit.commands"):
             called = str(script.value_of(_argument(call, 0, "name"))).removesuffix("Command")
@@ -85,28 +85,28 @@ def _classes(script: Script) -> Iterator[Found]:
 
 @finds("gmo-parser-deprecated")
 def _parsers(script: Script) -> Iterator[Found]:
-    for call, name in script.calls():
+    for call, name in script.called:
         if instead := PARSERS.get(name.rpartition(".")[2]):
             yield call, f"{name.rpartition('.')[2]} gives way to {instead}"
 
 
 @finds("annotator-deprecated")
 def _annotators(script: Script) -> Iterator[Found]:
-    for node in ast.walk(script.tree):
+    for node in script.nodes:
         if isinstance(node, ast.Constant) and isinstance(node.value, str) and (instead := ANNOTATORS.get(node.value)):
             yield node, f"{node.value} gives way to {instead}"
 
 
 @finds("next-render-simulation-deprecated")
 def _one_product(script: Script) -> Iterator[Found]:
-    for call, name in script.calls():
+    for call, name in script.called:
         if name.endswith(("next_render_simulation_async", "next_sensor_data_async")):
             yield call, f"{name.rpartition('.')[2]} waits for one render product"
 
 
 @finds("gmo-attribute-missing")
 def _no_such_property(script: Script) -> Iterator[Found]:
-    for node in ast.walk(script.tree):
+    for node in script.nodes:
         if not isinstance(node, ast.Attribute) or node.attr not in ("azimuth", "elevation", "distance"):
             continue
         if script.name_of(node.value).endswith(("parse_generic_model_output_data()", "get_gmo_data()")):
@@ -115,7 +115,7 @@ def _no_such_property(script: Script) -> Iterator[Found]:
 
 @finds("object-id-without-entry")
 def _subscripted(script: Script) -> Iterator[Found]:
-    for node in ast.walk(script.tree):
+    for node in script.nodes:
         if not isinstance(node, ast.Subscript) or not isinstance(node.ctx, ast.Load):
             continue
         if script.name_of(node.value).endswith(("parse_stable_id_map_data()", "decode_stable_id_mapping()")):
@@ -127,7 +127,7 @@ def _subscripted(script: Script) -> Iterator[Found]:
 
 @finds("import-before-app")
 def _too_early(script: Script) -> Iterator[Found]:
-    made = [call.lineno for call, name in script.calls() if name in APP]
+    made = [call.lineno for call, name in script.called if name in APP]
     for name, place in script.imports:
         early = made and place in script.tree.body and place.lineno < min(made)
         if early and name.startswith(("omni.", "isaacsim.")) and name not in (*BEFORE_APP, *APP):
@@ -159,12 +159,12 @@ def _returns_from_close(script: Script) -> bool:
 
 @finds("asyncio-run")
 def _asyncio(script: Script) -> Iterator[Found]:
-    yield from ((call, "asyncio.run is called") for call, name in script.calls() if name == "asyncio.run")
+    yield from ((call, "asyncio.run is called") for call, name in script.called if name == "asyncio.run")
 
 
 @finds("assets-root-raises")
 def _assets_root(script: Script) -> Iterator[Found]:
-    for node in ast.walk(script.tree):
+    for node in script.nodes:
         if isinstance(node, ast.Compare) and isinstance(node.ops[0], ast.Is | ast.IsNot | ast.Eq | ast.NotEq):
             none = isinstance(node.comparators[0], ast.Constant) and node.comparators[0].value is None
             if none and script.name_of(node.left).endswith("get_assets_root_path()"):
@@ -174,7 +174,7 @@ def _assets_root(script: Script) -> Iterator[Found]:
 @finds("open-stage-always-true")
 def _open_stage(script: Script) -> Iterator[Found]:
     name = "isaacsim.core.experimental.utils.stage.open_stage()"
-    for node in ast.walk(script.tree):
+    for node in script.nodes:
         test = node.test if isinstance(node, ast.If | ast.While | ast.Assert | ast.IfExp) else None
         if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not):
             test = test.operand
@@ -187,7 +187,7 @@ def _open_stage(script: Script) -> Iterator[Found]:
 
 @finds("callback-arguments-swapped")
 def _swapped(script: Script) -> Iterator[Found]:
-    for call, name in script.calls():
+    for call, name in script.called:
         first = script.name_of(call.args[0]) if call.args else ""
         if name.endswith("SimulationManager.register_callback") and ("SimulationEvent." in first or "Events." in first):
             yield call, "its first argument is the event"
@@ -201,7 +201,7 @@ def _swapped(script: Script) -> Iterator[Found]:
 
 @finds("callback-dropped")
 def _dropped(script: Script) -> Iterator[Found]:
-    for call, name in script.calls():
+    for call, name in script.called:
         if name.endswith(("SimulationManager.register_callback", "RenderingManager.register_callback")):
             for given in (*call.args, *(one.value for one in call.keywords)):
                 if isinstance(given, ast.Attribute) and isinstance(given.value, ast.Call):
@@ -210,7 +210,7 @@ def _dropped(script: Script) -> Iterator[Found]:
 
 @finds("default-callbacks-off")
 def _switches(script: Script) -> Iterator[Found]:
-    for call, name in script.calls():
+    for call, name in script.called:
         given = len(call.keywords)
         if name.endswith("SimulationManager.enable_default_callbacks") and 0 < given < CALLBACK_SWITCHES:
             yield call, f"it gives {given} of {CALLBACK_SWITCHES} switches"
@@ -218,7 +218,7 @@ def _switches(script: Script) -> Iterator[Found]:
 
 @finds("physics-rate-truncated")
 def _dt(script: Script) -> Iterator[Found]:
-    for call, name in script.calls():
+    for call, name in script.called:
         if name.endswith((".set_dt", ".setup_simulation", ".set_physics_dt")) and "Rendering" not in name:
             dt = script.value_of(_argument(call, 0, "dt"))
             if isinstance(dt, int | float) and not isinstance(dt, bool) and 0 < dt <= 1:
@@ -230,7 +230,7 @@ def _dt(script: Script) -> Iterator[Found]:
 
 @finds("min-frame-rate-changed")
 def _set_simulation_dt(script: Script) -> Iterator[Found]:
-    for call, name in script.calls():
+    for call, name in script.called:
         if name.endswith(".set_simulation_dt"):
             yield call, "it is called"
 
@@ -238,9 +238,9 @@ def _set_simulation_dt(script: Script) -> Iterator[Found]:
 @finds("rate-limit-without-time-codes")
 def _limit_alone(script: Script) -> Iterator[Found]:
     written = {path: node for node, path, _ in _settings(script)}
-    names = {name.rpartition(".")[2] for _, name in script.calls()}
+    names = {name.rpartition(".")[2] for _, name in script.called}
     if keys.RATE_LIMIT_FREQUENCY in written and keys.TIME_CODES_PER_SECOND not in written:
-        rendering = any("RenderingManager.set_dt" in name for _, name in script.calls())
+        rendering = any("RenderingManager.set_dt" in name for _, name in script.called)
         if not rendering and not names & {"set_time_codes_per_second", "SetTimeCodesPerSecond", "set_target_framerate"}:
             yield written[keys.RATE_LIMIT_FREQUENCY], "the script sets no timeCodesPerSecond"
 
@@ -250,9 +250,9 @@ def _fast(script: Script) -> Iterator[Found]:
     fast = any(path == keys.FAST_MODE and value for _, path, value in _settings(script))
     fast = fast or any(
         name.endswith(".set_play_every_frame") and script.value_of(_argument(call, 0, "play_every_frame")) is not False
-        for call, name in script.calls()
+        for call, name in script.called
     )
-    for call, name in script.calls() if fast else ():
+    for call, name in script.called if fast else ():
         if name in ("time.sleep", "time.time", "time.perf_counter", "time.monotonic", "asyncio.sleep"):
             yield call, f"{name} beside useFastMode"
 
@@ -312,8 +312,8 @@ def _radar(script: Script) -> Iterator[Found]:
     on = any(isinstance(one, dict) and one.get("enable_motion_bvh") for one in _app_configs(script))
     on = on or any(path == keys.MOTION_BVH and value for _, path, value in _settings(script))
     on = on or any(f"--{keys.MOTION_BVH}=true" in map(str, _extra(one)) for one in _app_configs(script))
-    editor = not any(name in APP for _, name in script.calls())
-    for call, name in script.calls() if not (on or editor) else ():
+    editor = not any(name in APP for _, name in script.called)
+    for call, name in script.called if not (on or editor) else ():
         made = name in (f"{SENSORS}Radar", f"{SENSORS}Radar.create")
         if made or _command(script, call) == "IsaacSensorCreateRtxRadar":
             yield call, "a radar is made without Motion BVH"
@@ -322,13 +322,13 @@ def _radar(script: Script) -> Iterator[Found]:
 @finds("aux-level-reset")
 def _reset(script: Script) -> Iterator[Found]:
     levels: dict[object, str] = {}
-    for call, name in script.calls():
+    for call, name in script.called:
         if name.startswith(SENSORS) and name.removesuffix(".create").endswith(("Lidar", "Radar", "Acoustic")):
             level = script.value_of(_argument(call, 99, "aux_output_level"))
             path = script.value_of(_argument(call, 0, "path"))
             if isinstance(path, str) and isinstance(level, str) and level != "NONE":
                 levels[path] = level
-    for call, name in script.calls():
+    for call, name in script.called:
         if name.startswith(SENSORS) and name.endswith(("LidarSensor", "RadarSensor", "AcousticSensor")):
             path = script.value_of(_argument(call, 0, "path"))
             if isinstance(path, str) and path in levels:
@@ -339,7 +339,7 @@ def _reset(script: Script) -> Iterator[Found]:
 def _scan_rate(script: Script) -> Iterator[Found]:
     from sensors.configs.catalog import find
 
-    for call, name in script.calls():
+    for call, name in script.called:
         if name in (f"{SENSORS}Lidar", f"{SENSORS}Lidar.create"):
             rate = script.value_of(_argument(call, 99, "tick_rate"))
             attributes = script.value_of(_argument(call, 99, "attributes"))
@@ -421,7 +421,7 @@ def _stamps(script: Script) -> Iterator[Found]:
 def _created(script: Script) -> Iterator[tuple[ast.AST, str, str]]:
     """The nodes that edits create: place, name, type."""
     yield from _pairs(script, "CREATE_NODES")
-    for call, name in script.calls():
+    for call, name in script.called:
         if name.endswith("Controller.create_node"):
             kind = script.value_of(_argument(call, 1, "node_type_id"))
             if isinstance(kind, str):
@@ -443,7 +443,7 @@ def _set(script: Script) -> Iterator[tuple[ast.AST, str, Any]]:
 
 def _entries(script: Script, key: str) -> Iterator[tuple[ast.AST, str, ast.expr]]:
     """The entries (text, expression) below a key of Controller.edit."""
-    for node in ast.walk(script.tree):
+    for node in script.nodes:
         if not isinstance(node, ast.Dict):
             continue
         for name, value in zip(node.keys, node.values, strict=True):
@@ -467,7 +467,7 @@ def _argument(call: ast.Call, position: int, name: str) -> ast.expr | None:
 
 def _settings(script: Script) -> Iterator[tuple[ast.AST, str, object]]:
     """The settings that a script writes: place, path, value."""
-    for call, name in script.calls():
+    for call, name in script.called:
         method = name.rpartition(".")[2]
         if method in ("set", "set_bool", "set_int", "set_float", "set_string", "set_carb_setting"):
             shift = 1 if method == "set_carb_setting" else 0
@@ -478,7 +478,7 @@ def _settings(script: Script) -> Iterator[tuple[ast.AST, str, object]]:
 
 def _app_configs(script: Script) -> list[object]:
     """The configurations that SimulationApp gets."""
-    return [script.value_of(_argument(call, 0, "launch_config")) for call, name in script.calls() if name in APP]
+    return [script.value_of(_argument(call, 0, "launch_config")) for call, name in script.called if name in APP]
 
 
 def _extra(config: object) -> list[object]:

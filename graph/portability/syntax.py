@@ -16,6 +16,8 @@ from graph.base.inputs import read_text
 
 MOST_NAMES = 100
 """Longest chain of names that is followed."""
+LONGEST_NAME = 1000
+"""Characters of a dotted name; assignments could make it grow with every line."""
 
 
 @dataclass(slots=True)
@@ -28,6 +30,11 @@ class Script:
     names: dict[str, str] = field(default_factory=dict)
     values: dict[str, ast.expr] = field(default_factory=dict)
     """The last expression assigned to a name or attribute chain."""
+
+    nodes: list[ast.AST] = field(default_factory=list)
+    """Every node of the tree."""
+    called: list[tuple[ast.Call, str]] = field(default_factory=list)
+    """Every call with the name that it calls."""
 
     def mark(self, node: ast.AST) -> Mark:
         """The place of a node."""
@@ -50,7 +57,8 @@ class Script:
                 node = node.value
             elif isinstance(node, ast.Name):
                 chain.append(self.names.get(node.id, node.id))
-                return ".".join(reversed(chain)).replace(".()", "()")
+                name = ".".join(reversed(chain)).replace(".()", "()")
+                return name if len(name) <= LONGEST_NAME else ""
             else:
                 return ""
         return ""
@@ -79,12 +87,6 @@ class Script:
                 stack += reversed([*ast.iter_child_nodes(node)])
             yield body
 
-    def calls(self) -> Iterator[tuple[ast.Call, str]]:
-        """Every call with the name that it calls."""
-        for node in ast.walk(self.tree):
-            if isinstance(node, ast.Call):
-                yield node, self.name_of(node.func)
-
 
 def _number(node: ast.AST | None) -> float | None:
     """A quotient of numbers, such as 1 / 60; None for anything else."""
@@ -112,9 +114,10 @@ def read_script(path: str | Path) -> Script:
         raise UserError(f"{path}: Python cannot read it: {error}") from None
     except (RecursionError, MemoryError):
         raise UserError(f"{path}: its expressions nest too deeply to be read; break them up") from None
-    script = Script(str(path), tree)
-    for node in ast.walk(tree):
+    script = Script(str(path), tree, nodes=[*ast.walk(tree)])
+    for node in script.nodes:
         _learn(script, node)
+    script.called = [(node, script.name_of(node.func)) for node in script.nodes if isinstance(node, ast.Call)]
     return script
 
 

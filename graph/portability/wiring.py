@@ -134,7 +134,7 @@ def _bodies_below(prim: Usd.Prim) -> str:
     """The first rigid body below a prim; "" without one."""
     if "PhysicsRigidBodyAPI" in prim.GetAppliedSchemas() or "PhysicsArticulationRootAPI" in prim.GetAppliedSchemas():
         return ""
-    below = iter(prim.GetStage().Traverse())
-    start = f"{prim.GetPath()}/"
-    bodies = (str(one.GetPath()) for one in below if "PhysicsRigidBodyAPI" in one.GetAppliedSchemas())
-    return next((path for path in bodies if path.startswith(start)), "")
+    from graph.sim.usd import Usd
+
+    bodies = (one for one in Usd.PrimRange(prim) if "PhysicsRigidBodyAPI" in one.GetAppliedSchemas())
+    return next((str(one.GetPath()) for one in bodies), "")

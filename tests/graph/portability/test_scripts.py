@@ -125,6 +125,11 @@ def test_a_script_is_never_run(tmp_path, capsys):
     assert not mark.exists()
 
 
+def test_names_that_grow_with_every_line_are_given_up(tmp_path, capsys):
+    lines = "".join(f"a{n + 1} = a{n}.name.name\n" for n in range(5_000))
+    assert findings(tmp_path, capsys, f"a0 = b\n{lines}")[1]["warnings"] == []
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
