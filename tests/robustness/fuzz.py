@@ -225,6 +225,8 @@ def _run_of_case(random: Random, keep: Path | None, case: int) -> Iterator[Seque
     if random.random() < 0.2:
         commands.append(["run", "graph.json", "--updates", UPDATES, "--play", file])
     random.shuffle(commands)
+    if browsed:
+        commands.sort(key=lambda one: one[0] != "view")
     with contextlib.nullcontext() if browsed else _without_plotly():
         for command in commands[:3]:
             yield command
