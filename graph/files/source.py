@@ -112,6 +112,8 @@ def _no_graph_file(path: Path) -> str:
     for ending, key, said in ((".xml", "mjcf", "an MJCF model"), (".urdf", "urdf", "a URDF")):
         if suffix == ending:
             return f"this is not a graph file; name {said} in a graph file: scene: {{{key}: ...}}"
+    if suffix == ".py":
+        return "this is a script, which runs only if you ask for it: graph exec"
     return "a graph file ends in .yaml, .yml, .json, .usda, .usd or .usdc"
 
 

@@ -68,6 +68,7 @@ def test_a_pipe_is_refused_without_being_opened(folder):
     ("name", "reason"),
     [
         ("robot.xml", "this is not a graph file; name an MJCF model in a graph file: scene: {mjcf: ...}"),
+        ("lidar.py", "this is a script, which runs only if you ask for it: graph exec"),
         ("notes.txt", "a graph file ends in .yaml, .yml, .json, .usda, .usd or .usdc"),
     ],
 )
