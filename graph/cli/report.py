@@ -45,10 +45,12 @@ def build_report(
     live: Sequence[LiveSink] = (),
     meter: Meter | None = None,
     compiled_s: float = 0.0,
+    drawn: Mapping[str, Any] | None = None,
 ) -> Report:
     """Everything that a run counted; times in seconds, stamps in integer nanoseconds of simulation time.
 
-    compiled_s: wall time that the run spent on compiling, which its real-time factor leaves out.
+    compiled_s: wall time that the run spent on compiling, which its real-time factor leaves out. drawn: what
+    `randomize` of the file drew.
     """
     running_s = wall_time_s - compiled_s
     report = {
@@ -71,6 +73,8 @@ def build_report(
         "warnings": [warning.as_dict() for warning in app.warnings],
         "timing_s": _timing(app, compiled_s),
     }
+    if drawn:
+        report["randomized"] = {"seed": app.seed, "values": dict(drawn)}
     if live:
         report["live"] = {sink.name: sink.facts() for sink in live}
     if meter is not None:

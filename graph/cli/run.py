@@ -203,7 +203,7 @@ def run(args: argparse.Namespace) -> int:
                 for warning in (*frames.warnings(app.bus), *shared_topics(app.bus)):
                     app.warn(*warning)
                 wall, compiled = time.perf_counter() - started, COMPILING.seconds - compiled
-                report = build_report(app, session.runner, counter, wall, live, meter, compiled)
+                report = build_report(app, session.runner, counter, wall, live, meter, compiled, session.drawn)
         except RunError as error:  # raised while the recording was finished
             if report is None:
                 raise

@@ -27,7 +27,7 @@ from .tree import Map, Seq, offset
 _SCENE_SUFFIXES = {"usd": (".usd", ".usda", ".usdc", ".usdz"), "mjcf": (".xml",), "urdf": (".urdf", ".xml")}
 LEAST_PART = 10_000
 """Least size of a part of a recording, in bytes."""
-_MARKED_SECTIONS = ("scene", "clock", "settings", "fidelity", "record")
+_MARKED_SECTIONS = ("scene", "clock", "settings", "fidelity", "randomize", "record")
 
 
 class Builder:
@@ -53,6 +53,7 @@ class Builder:
             duration=file.duration,
             settings=file.settings,
             fidelity=file.fidelity,
+            randomize=file.randomize,
             graphs=tuple(self._graph(path, graph) for path, graph in file.graphs.items()),
             record=self._record(file.record),
             marks=self._marks(),

@@ -146,7 +146,7 @@ def label(location: Sequence[str | int]) -> str:
             return _path(f"graph {path}", rest)
         case ["scene", "prims", path, *rest]:
             return _path(f"prim {path}", rest)
-        case ["settings" | "fidelity" as section, key]:
+        case ["settings" | "fidelity" | "randomize" as section, key]:
             return f"{section}: {key}"
     return ".".join(parts)
 

@@ -13,6 +13,7 @@ from typing import Annotated, Any, Literal
 
 from graph.base import exact
 from graph.base.forms import Before, Check, Field, Form, Refused
+from graph.spec import distributions
 from graph.values.types import parse_type
 
 from .connections import PATTERN
@@ -133,6 +134,20 @@ def _knob(value: Any) -> Any:
     raise Refused(f"must be a number, text, true or false, found {described(value)}")
 
 
+def _random_target(name: str) -> str:
+    owner, _, attribute = name.rpartition(".")
+    if not owner or not attribute:
+        raise Refused(f"{quoted(name)} names nothing to draw; write /PRIM/PATH.ATTR, /PRIM/PATH.copies or NODE.ATTR")
+    return name
+
+
+def _random_value(value: Any) -> str:
+    try:
+        return distributions.parse(value).text
+    except ValueError as error:
+        raise Refused(str(error)) from None
+
+
 def _empty_if_null(value: Any) -> Any:
     """An entry without a value (`/World/G:` with nothing below it) counts as an empty one."""
     return {} if value is None else value
@@ -165,6 +180,10 @@ Setting = Annotated[
     Check(_setting, {"type": ["number", "string", "boolean", "array"], "items": _SCALAR_SCHEMA}),
 ]
 Knob = Annotated[Any, Check(_knob, _SCALAR_SCHEMA)]
+RandomTarget = Annotated[str, Check(_random_target, {"type": "string"})]
+RandomValue = Annotated[
+    str, Check(_random_value, {"type": "string", "pattern": rf"^\s*({'|'.join(distributions.KINDS)})\s*\(.*\)\s*$"})
+]
 Connection = Annotated[str, Field(more={"pattern": PATTERN})]
 
 
@@ -319,6 +338,11 @@ class GraphFile(Form):
         default_factory=dict,
         max_length=1000,
         description="What is approximated and how far, by knob, such as lidar.motion: frozen.",
+    )
+    randomize: dict[RandomTarget, RandomValue] = Field(
+        default_factory=dict,
+        description="What each seed draws: a prim's key or attribute, its number of copies, or a node's input, to a "
+        "distribution, such as /World/Box.translate: uniform([-1, -1, 0], [1, 1, 0]).",
     )
     graphs: dict[PrimPath, GraphEntry] = Field(
         default_factory=dict,

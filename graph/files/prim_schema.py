@@ -50,6 +50,14 @@ PRIM: dict[str, Any] = {
             "description": "Scale along x, y, z, or one number for all.",
             "anyOf": [{"type": "number"}, _VECTOR],
         },
+        "mount_translate": {
+            "description": "Mounting error: how far it sits from its pose, along its own axes [stage units].",
+            **_VECTOR,
+        },
+        "mount_rotate": {
+            "description": "Mounting error: how it is turned from its pose about its own x, then y, then z [degrees].",
+            **_VECTOR,
+        },
         "size": {"description": "Edge of a Cube.", **_POSITIVE},
         "radius": {"description": "Radius of a Sphere, Capsule, Cylinder or Cone.", **_POSITIVE},
         "height": {"description": "Height of a Capsule (without its caps), Cylinder or Cone.", **_POSITIVE},

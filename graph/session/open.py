@@ -12,11 +12,12 @@ from graph.base.asset_roots import mapped
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.exact import shortest
 from graph.base.gc_pause import collector_paused
-from graph.base.records import dataclass
+from graph.base.records import dataclass, field
 from graph.spec.file_spec import FileSpec, Note
 
 from .graph_checks import graph_notes
 from .overrides import apply_overrides
+from .randomized import randomized
 from .scene_checks import fast_cameras, prim_notes, scaled_sensors
 from .stage import (
     build_stage,
@@ -45,7 +46,7 @@ class Parts:
     """The parts that a graph file gives.
 
     spec and compiled graphs; stage (None if it could not be made); problems; warnings that do not stop loading (code,
-    place, message); the MJCF model that the stage mirrors, if any.
+    place, message); the MJCF model that the stage mirrors, if any; what `randomize` drew.
     """
 
     spec: FileSpec | None
@@ -54,15 +55,20 @@ class Parts:
     problems: list[Problem]
     warnings: list[tuple[str, str, str]]
     mjcf: Any = None
+    drawn: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
 class Session:
-    """An opened graph file: its spec, the App that runs it, the graphs bound to that App."""
+    """An opened graph file: its spec, the App that runs it, the graphs bound to that App.
+
+    drawn: what `randomize` of the file drew.
+    """
 
     spec: FileSpec
     app: App
     runner: GraphRunner
+    drawn: Mapping[str, Any] = field(default_factory=dict)
 
 
 @collector_paused()
@@ -76,13 +82,14 @@ def build_parts(
     fidelity: Mapping[str, Any] | None = None,
     registry: Registry | None = None,
     skip_unknown: bool = False,
+    seed: int = 0,
 ) -> Parts:
     """Loads, compiles and stages a graph file; each step works on the valid part of the step before.
 
     A `FileSpec` is taken unchanged. `allow` names further folders that the file may read, besides its own. References
     of a scene to other folders are refused, or with `skip_outside` left out with a warning. `overrides` maps NODE.ATTR
     or /PRIM/PATH.ATTR to a value (`apply_overrides`); `settings` and `fidelity` replace the file's; `registry` has the
-    node types (default: all); `skip_unknown` leaves out nodes of other types.
+    node types (default: all); `skip_unknown` leaves out nodes of other types; `seed` draws the values of `randomize`.
     """
     from graph.files import examine
     from graph.node.registry import DEFAULT
@@ -99,6 +106,7 @@ def build_parts(
         spec, problems = examined.spec, list(examined.problems)
     graphs: list[Graph] = []
     stage = mjcf = None
+    drawn: dict[str, Any] = {}
     flaws: list[Problem] = []
     warnings: list[tuple[str, str, str]] = []
 
@@ -109,6 +117,9 @@ def build_parts(
         from graph.sim.damage import reading
 
         scene = str(spec.scene.usd or spec.path)
+        if spec.randomize:
+            with _collecting(problems):
+                spec, drawn = randomized(spec, seed, overrides or ())
         with _collecting(problems):
             spec = apply_overrides(spec, overrides or {})
             spec = replace(
@@ -142,7 +153,9 @@ def build_parts(
         warnings += [*_clock_notes(spec), *graph_notes(graphs), *sensors_in_solids(stage, graphs)]
         warnings += [*prim_notes(spec), *scaled_sensors(stage, spec, graphs), *fast_cameras(spec, graphs)]
         warnings += unmade_products(stage, spec, graphs)
-    return Parts(spec, graphs, stage, sorted(dict.fromkeys(problems), key=_place), [*dict.fromkeys(warnings)], mjcf)
+    return Parts(
+        spec, graphs, stage, sorted(dict.fromkeys(problems), key=_place), [*dict.fromkeys(warnings)], mjcf, drawn
+    )
 
 
 def open_session(
@@ -182,6 +195,7 @@ def open_session(
             fidelity=fidelity,
             registry=registry,
             skip_unknown=skip_unknown,
+            seed=seed,
         )
     refused = [] if allow_scripts else script_problems(parts.graphs)
     if parts.spec is None or parts.problems or (refused and not parts.spec.lenient):
@@ -242,7 +256,7 @@ def start(
     scripts: Scripts = "run" if allow_scripts else "skip" if refused else "refuse"
     runner = GraphRunner(app, parts.graphs, on_error=on_error, scripts=scripts)
     app.graphs.update(runner.graphs)
-    return Session(spec, app, runner)
+    return Session(spec, app, runner, parts.drawn)
 
 
 def open_app(app_type: type[App], path: str | Path, **options: Any) -> App:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from graph.base.errors import Mark, Problem, UserError
+from graph.base.forms import Form, FormError
 from graph.base.suggest import did_you_mean
 from graph.spec.file_spec import FileSpec, GraphSpec, SceneSpec
 
@@ -16,20 +18,25 @@ SET = "--set"
 FORMS = "write NODE.ATTR=VALUE for a node's input, or /PRIM/PATH.ATTR=VALUE for a prim of the scene"
 
 
-def apply_overrides(spec: FileSpec, overrides: Mapping[str, Any]) -> FileSpec:
+def apply_overrides(spec: FileSpec, overrides: Mapping[str, Any], marks: Mapping[str, Mark] | None = None) -> FileSpec:
     """The file with some of its values replaced; a value given as text is read as YAML.
 
     `NODE.ATTR` is an input of a node, by the node's name, or by its path if the name is not unique. `/PRIM/PATH.ATTR`
     is a key of an inline prim (`translate`, `radius`, `config`) or any USD attribute, of a prim of the file or of its
-    scene; the latter are found when the stage is built (`graph.session.stage`). Raises UserError with a line for each
-    target that cannot be.
+    scene; the latter are found when the stage is built (`graph.session.stage`). `clock.KEY` and `scene.KEY` are keys of
+    these sections. marks: where a file has the values; without one the caller set it. Raises UserError with a line for
+    each target that cannot be.
     """
     problems: list[Problem] = []
     for target, given in overrides.items():
+        mark = (marks or {}).get(target)
         try:
-            spec = _applied(spec, target, given)
+            if mark is None and isinstance(given, str):
+                given = _read(given)
+            spec = _applied(spec, target, given, mark or Mark(f"{SET} {target}", 0, 0))
         except UserError as error:
-            problems += [Problem(f"{SET} {target}: {one.message}") for one in error.problems]
+            where = f"randomize: {target}" if mark else f"{SET} {target}"
+            problems += [Problem(f"{where}: {one.message}", mark) for one in error.problems]
     if problems:
         raise UserError(problems)
     return spec
@@ -40,13 +47,16 @@ def node_names(spec: FileSpec) -> list[str]:
     return [name for graph in spec.graphs for node in graph.nodes for name in (node.name, f"{graph.path}/{node.name}")]
 
 
-def _applied(spec: FileSpec, target: str, given: Any) -> FileSpec:
+def _read(text: str) -> Any:
     from graph.files import parse_value
 
+    return parse_value(text)
+
+
+def _applied(spec: FileSpec, target: str, value: Any, mark: Mark) -> FileSpec:
     name, dot, attribute = target.rpartition(".")
     if not dot or not name or not attribute:
         raise UserError(_missing_dot(spec, target))
-    mark = Mark(f"{SET} {target}", 0, 0)
     found = [
         (g, n)
         for g, graph in enumerate(spec.graphs)
@@ -55,12 +65,13 @@ def _applied(spec: FileSpec, target: str, given: Any) -> FileSpec:
     ]
     if len(found) > 1:
         raise UserError("several graphs have such a node; give its whole path")
-    value = parse_value(given) if isinstance(given, str) else given
     if found:
         [(g, n)] = found
         graphs = [*spec.graphs]
         graphs[g] = _with_input(graphs[g], n, attribute.removeprefix("inputs:"), value, mark)
         return replace(spec, graphs=tuple(graphs))
+    if name in _SECTIONS:
+        return _SECTIONS[name](spec, attribute, value)
     if not name.startswith("/") or any(name.startswith(f"{graph.path}/") for graph in spec.graphs):
         raise UserError(_unknown_node(spec, name, attribute))
     return replace(spec, scene=_with_key(spec.scene, name.removesuffix(".attributes"), attribute, value, mark))
@@ -117,3 +128,42 @@ def _with_key(scene: SceneSpec, path: str, name: str, value: Any, mark: Mark) ->
     if inline:
         return replace(scene, prims={**scene.prims, path: keys}, prim_marks=marks)
     return replace(scene, changes={**scene.changes, path: keys}, prim_marks=marks)
+
+
+def _with_clock(spec: FileSpec, key: str, value: Any) -> FileSpec:
+    from graph.files.model import Clock
+
+    return replace(spec, clock=replace(spec.clock, **{key: getattr(_section(Clock, key, value), key)}))
+
+
+def _with_scene(spec: FileSpec, key: str, value: Any) -> FileSpec:
+    """The file with another scene, below its folder as the one that it names."""
+    from graph.files.model import Scene
+    from graph.files.paths import confined
+
+    found = getattr(_section(Scene, key, value), key)
+    if key == "keyframe":
+        return replace(spec, scene=replace(spec.scene, keyframe=found))
+    if key not in ("usd", "mjcf", "urdf"):
+        raise UserError("a prim is set by its path: /PRIM/PATH.ATTR")
+    try:
+        file = confined(found, spec.folder or Path.cwd())
+    except ValueError as error:
+        raise UserError(str(error)) from None
+    usd, model = (file, None) if key == "usd" else (None, file)
+    return replace(spec, scene=replace(spec.scene, usd=usd, mjcf=model, is_urdf=key == "urdf"))
+
+
+def _section(form: type[Form], key: str, value: Any) -> Form:
+    """A section of the file with one key. Raises UserError for an unknown key or an invalid value."""
+    if key not in form.fields:
+        raise UserError(f'there is no key "{key}"{did_you_mean(key, form.fields)}')
+    try:
+        return form.read({key: value})
+    except FormError as error:
+        first = error.errors[0]
+        choices = f"; choose one of {', '.join(map(str, first.detail))}" if first.kind == "choice" else ""
+        raise UserError(str(first.detail) if first.kind == "refused" else f"{value!r} cannot be{choices}") from None
+
+
+_SECTIONS = {"clock": _with_clock, "scene": _with_scene}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from graph.base.errors import Mark, Problem, UserError
 from graph.node.at_load import NodeAtLoad
 from graph.node.context import Warn
-from graph.spec.file_spec import FileSpec, NodeSpec, Note
+from graph.spec.file_spec import FileSpec, NodeSpec, Note, SceneSpec
 
 from .overrides import SET
 from .scene_checks import named_sensors, scaled_place
@@ -59,7 +59,9 @@ def build_stage(
 
     try:
         for prims in (scene.prims, scene.changes):
-            _require_prims(stage, scene.changes if prims is scene.changes else {})
+            if prims is scene.changes:
+                _copy_prims(stage, scene)
+                _require_prims(stage, scene)
             author_prims(
                 stage,
                 prims,
@@ -78,15 +80,37 @@ def build_stage(
     return stage, mjcf, []
 
 
-def _require_prims(stage: Usd.Stage, changes: Mapping[str, Mapping[str, Any]]) -> None:
+def _copy_prims(stage: Usd.Stage, scene: SceneSpec) -> None:
+    """Copies prims of the scene's own files, by references within the stage, or removes them (`SceneSpec.copies`)."""
+    from graph.sim.scene.prim_paths import near_prim, prim_at
+
+    problems = []
+    for path, source in scene.copies.items():
+        given, mark = source or path, scene.prim_marks.get((path,))
+        if not prim_at(stage, given):
+            problems.append(Problem(f"randomize: {given}.copies: there is no such prim{near_prim(stage, given)}", mark))
+        elif not source:
+            stage.GetPrimAtPath(path).SetActive(False)
+        elif stage.GetPrimAtPath(path) and source != path:
+            problems.append(Problem(f"randomize: {given}.copies: the scene has a prim {path} already", mark))
+        elif source != path:
+            stage.DefinePrim(path).GetReferences().AddInternalReference(source)
+    if problems:
+        raise UserError(problems)
+
+
+def _require_prims(stage: Usd.Stage, scene: SceneSpec) -> None:
     """Raises UserError with a line for each change of a prim that neither the file nor its scene has."""
     from graph.sim.scene.prim_paths import near_prim, prim_at
 
     problems = []
-    for path, keys in changes.items():
+    for path, keys in scene.changes.items():
         if not prim_at(stage, path):
             first = next(iter(keys.get("attributes") or keys))
-            problems.append(Problem(f"{SET} {path}.{first}: there is no such prim{near_prim(stage, path)}"))
+            mark = scene.prim_marks.get((path, first))
+            drawn = mark is not None and not mark.file.startswith(SET)
+            where = f"{'randomize:' if drawn else SET} {path}.{first}"
+            problems.append(Problem(f"{where}: there is no such prim{near_prim(stage, path)}", mark if drawn else None))
     if problems:
         raise UserError(problems)
 

@@ -107,6 +107,8 @@ class SceneSpec:
     """Whether the model is a URDF."""
     changes: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     """Keys that the caller sets on prims of the scene's own files, by path; as those of inline prims."""
+    copies: Mapping[str, str] = field(default_factory=dict)
+    """Copies of prims of the scene's own files: path of the copy to that of the prim, or to itself; "" removes it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,6 +144,8 @@ class FileSpec:
     duration: Fraction | None = None
     settings: Mapping[str, Any] = field(default_factory=dict)
     fidelity: Mapping[str, Any] = field(default_factory=dict)
+    randomize: Mapping[str, str] = field(default_factory=dict)
+    """Distributions as text, by what each seed draws: /PRIM/PATH.ATTR, /PRIM/PATH.copies or NODE.ATTR."""
     graphs: tuple[GraphSpec, ...] = ()
     record: RecordSpec = field(default_factory=RecordSpec)
     marks: Mapping[tuple[str, ...], Mark] = field(default_factory=dict)

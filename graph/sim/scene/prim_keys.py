@@ -15,7 +15,7 @@ from graph.base.records import dataclass, field
 from graph.base.suggest import did_you_mean
 from graph.sim.geometry.solids import SOLIDS
 from graph.sim.scene.prim_paths import is_path
-from graph.sim.usd import Sdf, Tf, Usd, UsdGeom, UsdPhysics
+from graph.sim.usd import Gf, Sdf, Tf, Usd, UsdGeom, UsdPhysics
 
 from . import assets, nonvisual, prim_attributes
 from .layers import Checked, check_scene
@@ -244,6 +244,20 @@ def _transform(context: PrimContext, prim: Any, keys: Keys, name: str, done: set
     set_transform(prim, **{name: parts})
 
 
+def _mount(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:
+    """The mounting error, as ops after those of the pose: they act in the prim's own axes."""
+    done.update(("mount_translate", "mount_rotate"))
+    if not prim.IsA(UsdGeom.Xformable):
+        raise ValueError(f"{prim.GetTypeName() or 'a prim without type'} has no transform")
+    schema, double = UsdGeom.Xformable(prim), UsdGeom.XformOp.PrecisionDouble
+    for key, kind in (("mount_translate", "translate"), ("mount_rotate", "rotateXYZ")):
+        if key in keys:
+            attribute = prim.GetAttribute(f"xformOp:{kind}:mounting")
+            add = schema.AddTranslateOp if kind == "translate" else schema.AddRotateXYZOp
+            op = UsdGeom.XformOp(attribute) if attribute else add(double, "mounting")
+            op.Set(Gf.Vec3d(*numbers(keys[key], 3)))
+
+
 def _size(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:
     attribute = prim.GetAttribute(name) if prim.HasAttribute(name) else None
     if not attribute or not prim.IsA(UsdGeom.Gprim):
@@ -386,6 +400,8 @@ KEYS: dict[str, Handler | None] = {
     "orient": _transform,
     "rotate": _transform,
     "scale": _transform,
+    "mount_translate": _mount,
+    "mount_rotate": _mount,
     **dict.fromkeys(SIZES, _size),
     "points": _points,
     "faces": _points,

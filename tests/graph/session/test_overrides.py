@@ -167,3 +167,23 @@ def test_every_command_with_set_refuses_a_wrong_prim(command, file, capsys):
     [line] = capsys.readouterr().err.splitlines()
     hint = f"OmniLidar has no attribute 'tickRat'; did you mean \"{RATE}\"?"
     assert line == f"graph: --set /World/Lidar.tickRat: {hint}"
+
+
+def test_keys_of_the_clock_and_the_scene_are_set_as_the_file_writes_them(over_usd):
+    (over_usd.parent / "other.usda").write_text(USD)
+    given = {"clock.loop_hz": "30", "clock.parity": "isaacsim-6.0.1", "scene.usd": "other.usda"}
+    spec = build_parts(over_usd, overrides=given).spec
+    assert (spec.clock.loop_hz, spec.clock.parity, spec.scene.usd.name) == (30, "isaacsim-6.0.1", "other.usda")
+
+
+@pytest.mark.parametrize(
+    ("target", "value", "problem"),
+    [
+        ("clock.parity", "old", "--set clock.parity: 'old' cannot be; choose one of documented, isaacsim-6.0.1"),
+        ("clock.rate", "5", '--set clock.rate: there is no key "rate"'),
+        ("scene.usd", "../s.usda", '--set scene.usd: "../s.usda" is outside the graph file\'s folder'),
+    ],
+)
+def test_a_key_of_a_section_that_cannot_be_is_refused(over_usd, target, value, problem):
+    (found,) = (one.message for one in build_parts(over_usd, overrides={target: value}).problems)
+    assert found.startswith(problem)
