@@ -223,6 +223,7 @@ TYPES: Mapping[str, tuple[str, ...]] = {
         "omni.graph.nodes.MakeMatrix3",
         "omni.graph.nodes.MakeMatrix4",
     ),
+    "data.metric": ("example.Metric",),
     "data.paths": (
         "omni.graph.nodes.GetParentPath",
         "omni.graph.nodes.AppendPath",

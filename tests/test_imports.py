@@ -25,6 +25,7 @@ JOINTS = {
     "graph.testing",
     "graph.portability",
     "graph.trade",
+    "graph.campaign",
     "graph.__main__",
     "graph.usd_files",
 }

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import secrets
+import shutil
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -139,6 +140,14 @@ def changed(path: Path) -> BinaryIO:
 def rename(path: Path, name: Path) -> None:
     """Gives a file, or a link itself, another name; an earlier file of that name is gone. Raises OSError."""
     os.replace(path, name)
+
+
+def remove_folder(path: Path) -> None:
+    """Removes a folder with its content, or a link itself, if it is there; follows no link. Raises OSError."""
+    if path.is_symlink():
+        path.unlink()
+    elif path.exists():
+        shutil.rmtree(path)
 
 
 def remove(path: Path) -> None:

@@ -9,16 +9,21 @@ from graph.base.errors import RunError
 from graph.base.outputs import make_output
 
 from .arguments import add_limit, check_folder
-from .printing import say, tell
+from .printing import counted, say, tell
 from .progress import reading
 
+CAMPAIGN = "campaign.json"
+"""The file that makes a folder that of a campaign."""
 FORMATS = ("pcd", "ply", "las", "kitti", "nuscenes", "npz", "csv", "png")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's options."""
     parser.add_argument(
-        "run", metavar="RUN", type=Path, help="folder of a run (--out), a .mcap or .db3 file, or a rosbag2 folder"
+        "run",
+        metavar="RUN",
+        type=Path,
+        help="folder of a run (--out) or of a campaign, a .mcap or .db3 file, or a rosbag2 folder",
     )
     parser.add_argument(
         "--format",
@@ -43,6 +48,8 @@ def run(args: argparse.Namespace) -> int:
     from graph.recording.run_reader import open_run
 
     check_folder(args.out)
+    if (args.run / CAMPAIGN).is_file():
+        return _export_campaign(args)
     source: Path = args.run if args.run.is_dir() else args.run.parent
     with open_run(args.run, whole=False) as recording:
         for note in recording.notes:
@@ -55,4 +62,34 @@ def run(args: argparse.Namespace) -> int:
             raise RunError(f"{error.filename or args.out}: {error.strerror or error}") from error
     for line in lines:
         say(line)
+    return 0
+
+
+def _export_campaign(args: argparse.Namespace) -> int:
+    """Every run of a campaign that ended well: one data set as KITTI or nuScenes, else a folder for each."""
+    from graph.campaign.conduct import OK
+    from graph.campaign.folder import RUNS, Folder
+    from graph.campaign.specification import load
+    from graph.recording.export.exporting import export
+    from graph.recording.run_reader import open_run
+
+    campaign, folder = load(args.run), Folder(args.run)
+    assert campaign is not None
+    number = 0
+    for name in map(campaign.name_of, range(len(campaign.points))):
+        result = folder.result(name)
+        if result is None or result["status"] != OK:
+            tell(f"run {name} is left out: it is {result['status'] if result else 'missing'}")
+            continue
+        place = args.out if args.format in ("kitti", "nuscenes") else args.out / name
+        try:
+            with open_run(args.run / RUNS / name, whole=False) as recording:
+                made = make_output(place, args.run)
+                export(recording, args.format, made, args.topic, world=args.world, number=number)
+        except OSError as error:
+            raise RunError(f"{error.filename or args.out}: {error.strerror or error}") from error
+        number += 1
+    if not number:
+        raise RunError(f"{args.run}: no run of this campaign has ended well; there is nothing to export")
+    say(f"wrote {counted(number, 'runs')} into {args.out} ({args.format})")
     return 0

@@ -70,6 +70,7 @@ COMMANDS = {
     "recover": Command("rebuild the index of a recording that was not finished", "recover"),
     "explain": Command("tell what ticks when, who consumes what, and where traps lie", "explain", settings=True),
     "trade": Command("measure speed against accuracy over fidelity knobs", "trade", settings=True),
+    "sweep": Command("run graph files at many points, into one table", "sweep", settings=True),
     "schema": Command("print the JSON Schema of graph files", "schema"),
     "assets": Command("list what a scene, graph file or script wants from other files, and what is missing", "assets"),
     "help": Command("list the pages of the manual, or print one", "help"),

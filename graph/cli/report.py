@@ -75,6 +75,8 @@ def build_report(
     }
     if drawn:
         report["randomized"] = {"seed": app.seed, "values": dict(drawn)}
+    if app.metrics:
+        report["metrics"] = dict(app.metrics)
     if live:
         report["live"] = {sink.name: sink.facts() for sink in live}
     if meter is not None:

@@ -92,9 +92,13 @@ def _copied(spec: FileSpec, path: str, count: Any) -> tuple[FileSpec, list[str]]
         return replace(spec, scene=_inline(scene, path, paths)), paths
     if scene.mjcf is not None:
         raise UserError("only prims of USD scenes and inline prims have copies, not bodies of an MJCF or URDF model")
-    made = dict.fromkeys(paths, path) if paths else {path: ""}
+    made: dict[str, str] = {path: ""}
+    if paths:
+        made = dict.fromkeys(paths, path)
     mark = spec.marks.get(("randomize", f"{path}.{COPIES}"))
-    marks = {**scene.prim_marks, **({(one,): mark for one in made} if mark else {})}
+    marks = dict(scene.prim_marks)
+    if mark is not None:
+        marks |= {(one,): mark for one in made}
     return replace(spec, scene=replace(scene, copies={**scene.copies, **made}, prim_marks=marks)), paths
 
 

@@ -173,6 +173,8 @@ class App(Suggesting):
         if file is not None:
             self.folders = (Path(file).expanduser().absolute().parent, *map(Path, allow))
         self.output_folder: Path | None = None
+        self.metrics: dict[str, float] = {}
+        """Values that nodes write into the report, by name."""
         """Where the run writes files; None if it writes no files."""
         self._told_closing = False
         if not prune:

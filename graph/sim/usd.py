@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from graph.base.signals import deferred
 
 if TYPE_CHECKING:
-    from pxr import UsdLux
+    from pxr import UsdLux, Work
 
 __all__ = [
     "Ar",
@@ -30,11 +30,12 @@ __all__ = [
     "UsdShade",
     "UsdUtils",
     "Vt",
+    "Work",
 ]
 
 with deferred():  # USD's loader imports modules of Python from C++
     for _module in __all__:
-        if _module != "UsdLux":
+        if _module not in ("UsdLux", "Work"):
             import_module(f"pxr.{_module}")
 
 from pxr import Ar, Gf, Pcp, Plug, Sdf, Tf, Usd, UsdGeom, UsdPhysics, UsdRender, UsdShade, UsdUtils, Vt  # noqa: TID253
@@ -49,8 +50,8 @@ EARLIEST = Usd.TimeCode.EarliestTime()
 
 
 def __getattr__(name: str) -> Any:
-    """`UsdLux`, which only pictures need, at its first use."""
-    if name != "UsdLux":
+    """`UsdLux`, which only pictures need, and `Work`, at their first use."""
+    if name not in ("UsdLux", "Work"):
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     with deferred():
-        return import_module("pxr.UsdLux")
+        return import_module(f"pxr.{name}")

@@ -14,6 +14,7 @@ from typing import Any
 from graph.base.errors import Problem, UserError
 from graph.base.exact import shortest
 from graph.base.suggest import did_you_mean
+from graph.session.varied import read_varied as varied_values
 from graph.sim.fidelity import KNOBS, Fidelity
 
 Setting = Mapping[str, Any]
@@ -106,7 +107,10 @@ def read_varied(options: Iterable[str], nodes: Nodes = tuple) -> dict[str, tuple
                 raise ValueError("write it as KEY=V1,V2,...")
             if name in varied:
                 raise ValueError("the knob is varied twice; give all its values in one --vary")
-            values = [read_value(name, one.strip(), nodes) for one in _split(text)]
+            asked = varied_values(name, text)
+            if asked.draw:
+                raise ValueError("say how many values are drawn, such as uniform(0, 1)*5")
+            values = [read_value(name, one, nodes) for one in asked.values]
             varied[name] = tuple(dict.fromkeys(values))
         except ValueError as error:
             problems.append(Problem(f"--vary {option}: {error}"))
@@ -150,11 +154,6 @@ def read_value(name: str, text: str, nodes: Nodes = tuple) -> Any:
 def _is_attribute(name: str, nodes: Nodes) -> bool:
     owner, dot, attribute = name.rpartition(".")
     return bool(dot and owner and attribute) and (owner.startswith("/") or owner in nodes())
-
-
-def _split(text: str) -> list[str]:
-    """The parts between commas, except those inside brackets, braces and quotes."""
-    return re.findall(r"(?:\[[^\]]*\]|\{[^}]*\}|\"[^\"]*\"|'[^']*'|[^,])+", text)
 
 
 def overrides_of(setting: Setting) -> dict[str, str]:

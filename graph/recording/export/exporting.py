@@ -26,20 +26,30 @@ INDEX = ("file", "stamp_ns", "frame_id", "points", "x", "y", "z", "qx", "qy", "q
 """Columns of scans.csv: the pose is that of the frame at the stamp, empty where it is not recorded."""
 
 
-def export(run: RunReader, form: str, out: Path, patterns: Sequence[str] = (), *, world: bool = False) -> list[str]:
+def export(
+    run: RunReader,
+    form: str,
+    out: Path,
+    patterns: Sequence[str] = (),
+    *,
+    world: bool = False,
+    number: int | None = None,
+) -> list[str]:
     """Writes a recording into the folder `out`; returns lines for the user.
 
     patterns: topics to export, * for any text (default: all that the format can hold). world: points in the root frame
-    of the recorded transforms, each by the pose of its own time. Raises UserError if no topic fits.
+    of the recorded transforms, each by the pose of its own time. number: of a run of a campaign, from 0 in order: a
+    sequence of KITTI, a scene of nuScenes, else a folder of its own. Raises UserError if no topic fits.
     """
     topics = _chosen(run, form, patterns)
     if form == "las":
         point_files.load_laspy()
     make_folder(out)
     transforms = poses.read_transforms(run.read(_of_type(run, poses.TRANSFORMS)))
-    if form in (kitti.NAME, nuscenes.NAME):
-        write = kitti.write_kitti if form == kitti.NAME else nuscenes.write_nuscenes
-        return write(run, topics, transforms, read_labels(run), out)
+    if form == kitti.NAME:
+        return kitti.write_kitti(run, topics, transforms, read_labels(run), out, number or 0)
+    if form == nuscenes.NAME:
+        return nuscenes.write_nuscenes(run, topics, transforms, read_labels(run), out, number)
     scanned = [topic for topic in topics if run.recorded[topic].type_name in clouds.TYPES]
     pictured = [topic for topic in topics if run.recorded[topic].type_name == images.IMAGE and form in ("png", "npz")]
     places = {topic: out / name for topic, name in file_names(run.recorded).items()}

@@ -32,10 +32,16 @@ TO_CAMERA = np.array([[0.0, -1, 0, 0], [0, 0, -1, 0], [1, 0, 0, 0], [0, 0, 0, 1]
 """From x ahead, y left, z up to x right, y down, z ahead."""
 
 
-def write_kitti(run: RunReader, topics: list[str], transforms: TransformLog, labels: Labels, out: Path) -> list[str]:
-    """Writes the layout; returns lines for the user. Raises UserError unless there is one cloud."""
+def write_kitti(
+    run: RunReader, topics: list[str], transforms: TransformLog, labels: Labels, out: Path, number: int = 0
+) -> list[str]:
+    """Writes the layout as the sequence of this number; returns lines for the user.
+
+    Raises UserError unless there is one cloud.
+    """
     topic = one_cloud(run, topics, NAME)
-    sequence = make_folder(out, "sequences", "00")
+    name_of_sequence = f"{number:02d}"
+    sequence = make_folder(out, "sequences", name_of_sequence)
     velodyne = make_folder(sequence, "velodyne")
     times, poses, numbers = [], [], dict[int, int]()
     first_ns: int | None = None
@@ -65,12 +71,15 @@ def write_kitti(run: RunReader, topics: list[str], transforms: TransformLog, lab
         _write_names(sequence / "labels.json", labels, topic, numbers)
     wrote = f"wrote {topic} into {out} ({NAME})"
     if any(pose is None for pose in poses):
-        return [f"{topic}: the recording has no transforms of its frame, so there is no poses/00.txt", wrote]
+        return [
+            f"{topic}: the recording has no transforms of its frame, so there is no poses/{name_of_sequence}.txt",
+            wrote,
+        ]
     placed = [pose for pose in poses if pose is not None]
     start = inverse_rigid(placed[0]) if placed else np.eye(4)
     back = inverse_rigid(camera_from_lidar)
     rows = [_numbers((camera_from_lidar @ start @ pose @ back)[:3].ravel()) for pose in placed]
-    write(make_folder(out, "poses") / "00.txt", "".join(f"{row}\n" for row in rows))
+    write(make_folder(out, "poses") / f"{name_of_sequence}.txt", "".join(f"{row}\n" for row in rows))
     return [wrote]
 
 

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graph.base.errors import RunError, UserError
+from graph.base.inputs import read
 from graph.base.outputs import make_folder, write
 from graph.sim.transforms import Floats, quaternion
 
@@ -49,21 +50,31 @@ def token(*names: object) -> str:
 class _Tables:
     """The rows of every table, linked as they are added."""
 
-    def __init__(self, transforms: TransformLog, run: str) -> None:
+    def __init__(self, transforms: TransformLog, run: str, number: int | None = None) -> None:
+        self.number = number
         self.rows: dict[str, list[Row]] = {name: [] for name in _TABLES}
         self.transforms = transforms
-        self.scene = token("scene", run)
+        self.scene = self.token("scene", run)
         self._last: dict[str, Row] = {}
         self._counts = Counter[str]()
         self._ego = ""
 
+    def token(self, *names: object) -> str:
+        """A token of this recording; of a campaign, each run has its own."""
+        return token(*names) if self.number is None else token("run", self.number, *names)
+
+    @property
+    def prefix(self) -> str:
+        """What the names of files begin with, so that runs share folders."""
+        return "" if self.number is None else f"{self.number:04d}_"
+
     def add_data(self, channel: str, frame: str, stamp_ns: int, sample: str, file: str, size: tuple[int, int]) -> Row:
         """A row of sample_data with its ego pose; the calibrated sensor is added with the first row of a channel."""
-        name = token("data", channel, self._counts[channel])
+        name = self.token("data", channel, self._counts[channel])
         self._counts[channel] += 1
         row: Row = {
             "token": name, "sample_token": sample, "ego_pose_token": name,
-            "calibrated_sensor_token": token("calibrated", channel), "timestamp": stamp_ns // 1000,
+            "calibrated_sensor_token": self.token("calibrated", channel), "timestamp": stamp_ns // 1000,
             "fileformat": "png" if channel.startswith("CAM") else "pcd", "is_key_frame": True,
             "height": size[0], "width": size[1], "filename": file, "prev": "", "next": "",
         }  # fmt: skip
@@ -83,7 +94,7 @@ class _Tables:
         pose = self._pose(frame, stamp_ns, self.ego(frame))
         self.rows["calibrated_sensor"].append(
             {
-                "token": token("calibrated", channel),
+                "token": self.token("calibrated", channel),
                 "sensor_token": sensor,
                 **_placed(pose),
                 "camera_intrinsic": intrinsic,
@@ -109,26 +120,33 @@ class _Tables:
         return pose
 
     def write(self, folder: Path) -> None:
-        for name, rows in self.rows.items():
+        """Writes the tables; of a further run, behind the rows of those before it."""
+        for name, own in self.rows.items():
+            rows = own
+            if self.number and (folder / f"{name}.json").exists():
+                earlier = json.loads(read(folder / f"{name}.json", "campaign.table"))
+                rows = _joined(earlier, own)
             if rows or name != "lidarseg":
                 write(folder / f"{name}.json", json.dumps(rows, indent=1) + "\n")
 
 
-def write_nuscenes(run: RunReader, topics: list[str], transforms: TransformLog, labels: Labels, out: Path) -> list[str]:
-    """Writes the layout; returns lines for the user.
+def write_nuscenes(
+    run: RunReader, topics: list[str], transforms: TransformLog, labels: Labels, out: Path, number: int | None = None
+) -> list[str]:
+    """Writes the layout; returns lines for the user. number: of a run that is one scene of many, in order from 0.
 
     Raises UserError unless there is one cloud, RunError without its transforms.
     """
     topic = one_cloud(run, topics, NAME)
-    tables = _Tables(transforms, run.name)
+    tables = _Tables(transforms, run.name, number)
     samples = make_folder(out, "samples", LIDAR)
     stamps: list[int] = []
     classes = labels.classes.get(topic, {})
     for scan in scans(run, [topic], transforms):
         if not stamps:
             tables.add_sensor(LIDAR, scan.frame_id, scan.stamp_ns, [])
-        sample = token("sample", scan.index)
-        name = f"{scan.index:06d}.pcd.bin"
+        sample = tables.token("sample", scan.index)
+        name = f"{tables.prefix}{scan.index:06d}.pcd.bin"
         file = f"samples/{LIDAR}/{name}"
         names = scan.points.dtype.names or ()
         ring = scan.points["ring"] if "ring" in names else np.zeros(len(scan.points))
@@ -155,15 +173,20 @@ def write_nuscenes(run: RunReader, topics: list[str], transforms: TransformLog, 
 
 
 def _add_samples(tables: _Tables, run: RunReader, stamps: list[int]) -> None:
-    names = [token("sample", index) for index in range(len(stamps))]
-    log = token("log", run.name)
+    names = [tables.token("sample", index) for index in range(len(stamps))]
+    log = tables.token("log", run.name)
     for index, (name, at) in enumerate(zip(names, stamps, strict=True)):
         before = names[index - 1] if index else ""
         after = names[index + 1] if index + 1 < len(names) else ""
         tables.rows["sample"].append(
             {"token": name, "timestamp": at // 1000, "prev": before, "next": after, "scene_token": tables.scene}
         )
-    scene = {"token": tables.scene, "log_token": log, "name": "scene-0001", "nbr_samples": len(names)}
+    scene = {
+        "token": tables.scene,
+        "log_token": log,
+        "name": f"scene-{(tables.number or 0) + 1:04d}",
+        "nbr_samples": len(names),
+    }
     scene |= {"first_sample_token": names[0], "last_sample_token": names[-1]}
     tables.rows["scene"].append({**scene, "description": run.provenance.get("file", "")})
     # Simulation has no date and no place.
@@ -204,16 +227,17 @@ def _add_cameras(
         samples = make_folder(out, "samples", channel)
         why = ""
         for sample, stamp, message in _nearest(run, topic, stamps):
-            file = f"samples/{channel}/{sample:06d}.png"
+            name = f"{tables.prefix}{sample:06d}.png"
             try:
-                write_png(samples / f"{sample:06d}.png", message)
+                write_png(samples / name, message)
             except ValueError as error:
                 why = why or str(error)
                 continue
             if topic not in shown:
                 shown.append(topic)
                 tables.add_sensor(channel, frame, stamp, matrices[frame])
-            tables.add_data(channel, frame, stamp, token("sample", sample), file, (message.height, message.width))
+            file, size = f"samples/{channel}/{name}", (message.height, message.width)
+            tables.add_data(channel, frame, stamp, tables.token("sample", sample), file, size)
         if why:
             notes.append(f"{topic}: images are left out: {why}")
     return shown, notes
@@ -237,6 +261,16 @@ def _nearest(run: RunReader, topic: str, stamps: list[int]) -> list[tuple[int, i
             sample, at = chosen.pop(entry.time_ns)
             found.append((sample, at, entry.load()))
     return found
+
+
+def _joined(earlier: list[Row], own: list[Row]) -> list[Row]:
+    """The rows of a table with those of a further run; rows that both have (sensors, categories, the map) once."""
+    known = {row["token"]: row for row in earlier}
+    for row in own:
+        if "log_tokens" in row and row["token"] in known:
+            known[row["token"]]["log_tokens"] += row["log_tokens"]
+        known.setdefault(row["token"], row)
+    return [*known.values()]
 
 
 def _placed(pose: Floats) -> Row:
