@@ -186,7 +186,7 @@ class Run:
         self._topics: dict[str, Topic] = {}
 
     def value(self, text: str) -> Any:
-        """The number, truth or text of an expression. Raises ValueError if it has none."""
+        """The number, truth or text of an expression. Raises ValueError without a value."""
         with np.errstate(all="ignore"):
             try:
                 found = self._of(parsed(text).body)

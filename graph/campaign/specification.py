@@ -62,7 +62,7 @@ def save(campaign: Campaign, folder: Path) -> None:
 
 
 def load(folder: Path) -> Campaign | None:
-    """The campaign of a folder; None if it has none. Raises UserError for one that cannot be read."""
+    """The campaign of a folder; None without one. Raises UserError for one that cannot be read."""
     path = folder / NAME
     if not path.exists():
         return None
