@@ -12,7 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from drawing import ROOT, Runs
-from gallery import clocks, depth_labels, lidar, radar, trade
+from gallery import campaign, clocks, depth_labels, lidar, radar, trade
 from live import live
 from yard import yard
 
@@ -23,6 +23,7 @@ DRAWINGS: dict[str, Callable[[Runs], None]] = {
     "depth-labels": depth_labels,
     "clocks": clocks,
     "trade": trade,
+    "campaign": campaign,
     "live": live,
 }
 

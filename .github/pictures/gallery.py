@@ -239,3 +239,14 @@ def trade(runs: Runs) -> None:
             *("--out", str(out)),
         )
     write(Image.open(out / "trade.png"), "trade")
+
+
+def campaign(runs: Runs) -> None:
+    """What `graph sweep --report` draws of 64 randomised yards."""
+    out = runs.folder / "yards"
+    if not (out / "campaign.png").is_file():
+        graph(
+            *("sweep", "graphs/random_yard.yaml", "--vary", "seed=0..63", "--updates", "30"),
+            *("--metric", "returns=mean(topic('points').width)", "--report", "--out", str(out)),
+        )
+    write(Image.open(out / "campaign.png"), "campaign")
