@@ -73,8 +73,9 @@ $(VENV)/run.stamp: $(VENV)/python.stamp pyproject.toml $(PINS)
 	@touch $@
 
 $(VENV)/dev.stamp: $(VENV)/python.stamp pyproject.toml $(PINS)
-	@echo "installing the libraries, and what tests need, into $(VENV): about 1.6 GB on disk"
-	$(PIP) install -c $(PINS) --no-build-isolation --editable '.[dev,gl,foxglove,dds,zenoh]'
+	@echo "installing the libraries, and what tests need, into $(VENV): about 2.0 GB on disk"
+	$(PIP) install -c $(PINS) --no-build-isolation --editable '.[dev,gl,foxglove,dds,zenoh,gpu]'
+	$(PIP) install -c $(PINS) --no-deps mujoco-warp
 	$(COMPILE)
 	$(BIN)/graph doctor --warm
 	@touch $@ $(VENV)/run.stamp

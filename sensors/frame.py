@@ -58,7 +58,7 @@ class Frame(Suggesting):
     start: FramePose
     end: FramePose
     count: int
-    arrays: dict[str, np.ndarray]
+    arrays: Mapping[str, np.ndarray]
     config: Any = None
     sensor_path: str = ""
     scan_complete: bool = True

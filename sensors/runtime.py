@@ -45,7 +45,7 @@ class Measurement:
     runtime compute them. complete: False for a part of a scan. facts: as in `Frame`.
     """
 
-    arrays: dict[str, np.ndarray]
+    arrays: Mapping[str, np.ndarray]
     count: int | None = None
     ends: tuple[np.ndarray, np.ndarray] | None = None
     complete: bool = True

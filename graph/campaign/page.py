@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections import Counter
 from collections.abc import Sequence
@@ -62,8 +61,7 @@ def _short(value: Any) -> str:
 
 def plots(campaign: Campaign, rows: Sequence[Row], columns: Sequence[str]) -> bytes:
     """A PNG: each metric over the first varied key that is a number; if only the seed differs, its distribution."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
+    from graph.trade.diagrams import png, sheet
 
     done = [row for row in rows if row[STATUS] == OK]
     names = [name for name in columns if name not in (RUN, STATUS, EXIT, ATTEMPTS, WHY, *campaign.varied)]
@@ -73,8 +71,7 @@ def plots(campaign: Campaign, rows: Sequence[Row], columns: Sequence[str]) -> by
     chosen = ([name for name in differing if name in campaign.metrics] or differing)[:MOST_PANELS]
     across = min(2, max(1, len(chosen)))
     down = max(1, math.ceil(len(chosen) / across))
-    figure = Figure(figsize=(INCH[0] * across, INCH[1] * down), dpi=DPI, layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = sheet(INCH[0] * across, INCH[1] * down)
     axes = figure.subplots(down, across, squeeze=False).ravel()
     for axis in axes[len(chosen) :]:
         axis.set_axis_off()
@@ -85,9 +82,7 @@ def plots(campaign: Campaign, rows: Sequence[Row], columns: Sequence[str]) -> by
     by = next((key for key in keys if key != over and 1 < len({row[key] for row in done}) <= MOST_LINES), "")
     for axis, name in zip(axes, chosen, strict=False):
         _panel(axis, done, name, over, by)
-    stream = io.BytesIO()
-    figure.savefig(stream, format="png", metadata={"Software": None})
-    return stream.getvalue()
+    return png(figure)
 
 
 def _panel(axis: Any, rows: Sequence[Row], name: str, over: str, by: str) -> None:

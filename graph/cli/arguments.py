@@ -129,7 +129,8 @@ def folder(text: str) -> Path:
 
 def fidelity_of(args: argparse.Namespace) -> dict[str, str]:
     """The knobs of a command line. Raises UserError for an option without =."""
-    return _pairs(args.fidelity, "--fidelity", "KEY")
+    device = getattr(args, "device", None)
+    return _pairs(args.fidelity, "--fidelity", "KEY") | ({"device": device} if device else {})
 
 
 def overrides_of(args: argparse.Namespace) -> dict[str, str]:

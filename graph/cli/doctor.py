@@ -14,7 +14,7 @@ from pathlib import Path
 
 from graph.base.errors import UserError
 
-from . import extremes, warming
+from . import device, extremes, warming
 from .printing import say, say_json
 
 HELP = "is this machine ready? what to install"
@@ -90,6 +90,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the options of `graph doctor`."""
     parser.add_argument("--json", action="store_true", help="print the findings as JSON")
     parser.add_argument("--warm", action="store_true", help="compile the sensors' loops now, on all cores")
+    parser.add_argument(
+        "--device",
+        nargs="?",
+        const="cuda",
+        metavar="NAME",
+        help="check a device (cuda, cuda:N, warp-cpu): its memory, and rays against the processor's",
+    )
     extremes.add_arguments(parser)
 
 
@@ -99,6 +106,8 @@ def run(args: argparse.Namespace) -> int:
         return extremes.run(args)
     if args.warm:
         return warming.run()
+    if args.device:
+        return device.run(args.device, as_json=args.json)
     if args.only:
         raise UserError("--only chooses among the cases of --stability; add it")
     findings = examine()

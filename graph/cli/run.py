@@ -76,6 +76,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_overrides(parser)
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of every random stream (default 0)")
     parser.add_argument(
+        "--device", metavar="NAME", help="cast rays on cuda, cuda:N or warp-cpu (`graph help gpu`); default cpu"
+    )
+    parser.add_argument(
         "--no-prune",
         dest="prune",
         action="store_false",

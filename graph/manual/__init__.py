@@ -14,7 +14,7 @@ ORDER = (
     *("commands", "graph-files", "robot", "clocks", "world", "physics"),
     *("lidar", "camera", "radar", "other-sensors"),
     *("isaac-sim", "python", "nodes-and-tests", "live-and-recordings"),
-    *("trade", "campaigns", "performance", "robustness", "stability", "limits"),
+    *("trade", "campaigns", "performance", "gpu", "robustness", "stability", "limits"),
 )
 """The topics, in reading order; the text of each is `TOPIC.md` in this folder."""
 

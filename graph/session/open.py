@@ -260,7 +260,13 @@ def start(
 
 
 def open_app(app_type: type[App], path: str | Path, **options: Any) -> App:
-    """`App.from_file`: the App of an opened graph file, with its graphs bound to it. Options as in `open_session`."""
+    """`App.from_file`: the App of an opened graph file, with its graphs bound to it. Options as in `open_session`.
+
+    device: the knob of that name, as for `App`.
+    """
+    device = options.pop("device", None)
+    if device is not None:
+        options["fidelity"] = {**(options.get("fidelity") or {}), "device": device}
     return open_session(path, **options).app
 
 

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from .settings import Settings as Settings
     from .timing.wall_clock import RealClock as RealClock
     from .timing.wall_clock import VirtualClock as VirtualClock
+    from .worlds import Worlds as Worlds
 
 _HOME = {
     "App": ".isaac.managers.app",
@@ -57,6 +58,7 @@ _HOME = {
     "Tick": "renderer.schedule",
     "TickSchedule": "renderer.schedule",
     "VirtualClock": "timing.wall_clock",
+    "Worlds": "worlds",
     "app_utils": ".isaac.managers.app_utils",
     "register_schemas": "scene.stage",
 }
@@ -82,6 +84,7 @@ __all__ = [
     "Tick",
     "TickSchedule",
     "VirtualClock",
+    "Worlds",
     "app_utils",
     "register_schemas",
 ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager
+from dataclasses import replace
 from fractions import Fraction
 from importlib import import_module
 from pathlib import Path
@@ -53,8 +54,8 @@ class App(Suggesting):
     `loop_hz` defaults to 60. `fidelity` maps knobs (`lidar.motion`) to values. `physics` makes the physics engine, by
     default MuJoCo (see `graph.sim.physics.protocol.EngineFactory`). `allow`: further folders to which the USD file may
     refer. `prune`: leave out what nothing requires (`graph help performance`); without it the output is the
-    same. `asset_roots`: folders by the prefixes of the addresses that they hold (`graph.base.asset_roots`). Raises
-    UserError for options that cannot be run.
+    same. `asset_roots`: folders by the prefixes of the addresses that they hold (`graph.base.asset_roots`).
+    `device`: the knob of that name, such as "cuda". Raises UserError for options that cannot be run.
 
     An App holds its parts and passes calls on to them: `world` (stage, Fabric, physics, edits), `simulation` (builds,
     steps and frees the world), `rendering` (sensors), `timeline`, `driver` (states and updates), `phases` (their
@@ -96,10 +97,13 @@ class App(Suggesting):
         allow: Iterable[str | Path] = (),
         prune: bool = True,
         asset_roots: Mapping[str, str | Path] | None = None,
+        device: str | None = None,
     ) -> None:
         from .scene.stage import time_range
 
         knobs = fidelity if isinstance(fidelity, Fidelity) else Fidelity.from_mapping(fidelity or {})
+        if device is not None:
+            knobs = replace(knobs, device=Fidelity.from_mapping({"device": device}).device)
         refuse_unavailable(experience, parity, knobs)
         self.experience, self.parity, self.seed = experience, parity, exact.count(seed, "seed")
         self.prune = prune

@@ -173,6 +173,19 @@ class Fidelity(PhysicsKnobs):
             read_by="graph.sim.world",
         ),
     ] = "cage"
+    device: Annotated[
+        Literal[
+            "cpu", "cuda", "cuda:0", "cuda:1", "cuda:2", "cuda:3", "cuda:4", "cuda:5", "cuda:6", "cuda:7", "warp-cpu"
+        ],
+        Knob(
+            "where rays are cast: the processor; a CUDA GPU, with RT cores or without (the extra gpu); or the GPU's "
+            "kernels on the processor, to check them",
+            cost="cuda: a launch and a copy to the host for each frame; pays from some 10,000 rays on",
+            error="ranges 1e-5 m from the processor's, ids the same but at edges",
+            why="no GPU is needed",
+            read_by="sensors.raycast.shared",
+        ),
+    ] = "cpu"
     fabric: Annotated[
         bool,
         Knob(

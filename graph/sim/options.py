@@ -10,6 +10,7 @@ from graph.base import exact
 from graph.base.errors import UserError
 
 from . import settings as keys
+from .devices import HOST, device_of
 from .fidelity import Fidelity
 from .settings import Settings
 from .timing.clocks import checked_rate
@@ -33,6 +34,8 @@ def refuse_unavailable(experience: str, parity: str, fidelity: Fidelity) -> None
         from .opengl.context import require_opengl
 
         require_opengl()
+    if fidelity.device != HOST:
+        device_of(fidelity.device)
 
 
 def clock_rates(

@@ -26,6 +26,16 @@ PALE = 0.4
 COST = "processor time per simulated second [s]"
 
 
+def sheet(width: float, height: float) -> Any:
+    """An empty figure [inch], drawn without a screen."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), dpi=DPI, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
 def overview(outcome: Outcome) -> bytes:
     """The diagrams of the metrics that matter most, in one PNG: those of the budget, then the leading ones."""
     leading = [name for name in outcome.shown if name in outcome.study.budget or name in LEADING]
@@ -34,13 +44,9 @@ def overview(outcome: Outcome) -> bytes:
 
 def diagrams(outcome: Outcome, metrics: Sequence[str]) -> bytes:
     """A work-precision diagram for each metric, in one PNG."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     across = 1 if len(metrics) < 2 else 2
     down = max(1, math.ceil(len(metrics) / across))
-    figure = Figure(figsize=(INCH[0] * across, INCH[1] * down + 0.9), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = sheet(INCH[0] * across, INCH[1] * down + 0.9)
     axes = figure.subplots(down, across, squeeze=False).ravel()
     for axis in axes[len(metrics) :]:
         axis.set_axis_off()
@@ -58,17 +64,13 @@ def diagrams(outcome: Outcome, metrics: Sequence[str]) -> bytes:
         + ("each run once" if study.repeat == 1 else f"medians of {study.repeat} runs"),
         fontsize=10,
     )
-    return _png(figure)
+    return png(figure)
 
 
 def parts(outcome: Outcome) -> bytes:
     """Where the processor time of each setting goes, as a PNG."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     rows = [row for row in outcome.rows if row.timed]
-    figure = Figure(figsize=(9, 1.6 + 0.3 * len(rows)), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = sheet(9, 1.6 + 0.3 * len(rows))
     axis = figure.subplots()
     names = [_name(row) for row in rows]
     left = [0.0] * len(rows)
@@ -81,7 +83,7 @@ def parts(outcome: Outcome) -> bytes:
     axis.tick_params(labelsize=8)
     axis.spines[["top", "right"]].set_visible(False)
     figure.legend(loc="outside lower center", ncols=len(PARTS), fontsize=8)
-    return _png(figure)
+    return png(figure)
 
 
 def diagram(axis: Any, outcome: Outcome, metric: str) -> None:
@@ -239,7 +241,8 @@ def _name(row: Row) -> str:
     )
 
 
-def _png(figure: Any) -> bytes:
+def png(figure: Any) -> bytes:
+    """The figure as a PNG; the same bytes for the same figure."""
     stream = io.BytesIO()
     figure.savefig(stream, format="png", dpi=DPI, metadata={"Software": None})
     return stream.getvalue()

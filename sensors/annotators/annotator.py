@@ -23,7 +23,7 @@ Product = Any
 """A render product, its path, or anything with a `path`."""
 
 HOST = (None, "cpu", "cpu:0")
-"""Devices whose memory has the data."""
+"""Devices whose memory is the host's."""
 
 
 class Annotator(Suggesting):
@@ -86,16 +86,18 @@ class Annotator(Suggesting):
         """The data of the newest frame; between ticks the same object again.
 
         Before the first frame: empty arrays, or None for a buffer. Dictionaries have "data" and "info"; FlatScan's has
-        its outputs by name. device: "cpu". do_array_copy: True copies what an annotator without copies gives. Raises
+        its outputs by name. device: "cpu"; the App's device gives, for a point cloud, arrays that are still there (see
+        `sensors.device.frames`). do_array_copy: True copies what an annotator without copies gives. Raises
         SensorValueError if it is not attached, RuntimeError after the product was removed.
         """
-        check_device(device)
         reading = self._reading
         if reading is None:
             raise SensorValueError(f"{self.name} is not attached to a render product; attach it first")
         if reading.app.rendering.products.get(reading.product.path) is not reading.product:
             raise RuntimeError(f"{reading.product.path} is gone: a stop ended it; attach to a new product")
         frame = reading.product.frame
+        if device not in HOST:
+            return self._on_device(device, reading, frame)
         keeps = self.kind.keeps_last and frame is not None and not frame.count
         if self._known is None or (self._known[0] is not frame and not keeps):
             reading.frame = None if keeps else frame
@@ -103,6 +105,20 @@ class Annotator(Suggesting):
             self._known = (frame, owned(found, frame) if self.copies else found)
         found = self._known[1]
         return owned(found, frame) if do_array_copy and not self.copies else found
+
+    def _on_device(self, device: str | None, reading: Reading, frame: Frame | None) -> Any:
+        """The rows of a point cloud as arrays on the App's device; an empty dictionary before the first frame."""
+        arrays = frame.arrays if frame is not None else None
+        if reading.app.fidelity.device in HOST or not self.kind.on_device:
+            check_device(device)
+        if arrays is None:
+            return {}
+        if not hasattr(arrays, "on_device"):
+            raise SensorValueError(
+                f"device {device!r}: these frames are made on the host (noise, sub-rays, glass, lidar.motion, another "
+                "frame of reference than SENSOR, or a camera's); leave it out"
+            )
+        return {name: arrays.on_device(channel) for name, channel in self.kind.on_device.items() if channel in arrays}
 
     def detach(self, products: Product = None) -> None:
         """Withdraws its requests; harmless if it is not attached. products: as in Replicator, not needed."""
@@ -117,7 +133,8 @@ def owned(found: Any, frame: Frame | None) -> Any:
         return {name: owned(value, frame) for name, value in found.items()}
     if frame is None or not isinstance(found, np.ndarray):
         return found
-    shared = (one for one in (*frame.arrays.values(), *frame.cache.values()) if isinstance(one, np.ndarray))
+    arrays = getattr(frame.arrays, "fetched", frame.arrays)  # of a frame on a device those that are on the host
+    shared = (one for one in (*arrays.values(), *frame.cache.values()) if isinstance(one, np.ndarray))
     return found.copy() if any(np.may_share_memory(found, one) for one in shared) else found
 
 

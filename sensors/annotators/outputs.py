@@ -31,6 +31,9 @@ LABELS = {
 SCAN_BUFFER_CHANNELS = {"data": "xyz", **LABELS}
 """Output of IsaacCreateRTXLidarScanBuffer -> the channel it needs; what the sensor does not measure stays empty."""
 
+ON_DEVICE = {"data": "xyz", **LABELS, "timestamp": "timeOffsetNs"}
+"""Outputs of a point cloud on a device -> their channels; the times there count from the frame's timestamp."""
+
 EXTRACT_CHANNELS = frozenset({"xyz", "azimuth", "elevation", "distance", "scalar", "timeOffsetNs"})
 """The outputs that IsaacExtractRTXSensorPointCloud always gives; auxiliary outputs depend on the frame."""
 

@@ -13,7 +13,7 @@ from sensors.channels import AuxLevel
 from sensors.errors import SensorValueError
 from sensors.gmo import channels_for, pack
 
-from .outputs import EXTRACT_CHANNELS, LABELS, empty_outputs, extract_point_cloud
+from .outputs import EXTRACT_CHANNELS, LABELS, ON_DEVICE, empty_outputs, extract_point_cloud
 from .reading import Reading as Reading
 from .times import reference_time, simulation_time, system_time
 
@@ -26,7 +26,8 @@ class AnnotatorType:
     optional: also requests the auxiliary channels, as far as the prim's level includes them. options: those of
     `initialize`, with their defaults. modality: the sensors that it can read; "" is any that measures its channels.
     keeps_last: a frame without elements changes nothing. check: raises UserError for a product that it cannot read.
-    instead: the replacement of a deprecated annotator.
+    instead: the replacement of a deprecated annotator. on_device: its arrays that may be read on the App's device,
+    by the channels that they are.
     """
 
     name: str
@@ -38,6 +39,7 @@ class AnnotatorType:
     keeps_last: bool = False
     check: Callable[[Reading], None] = lambda reading: None
     instead: str = ""
+    on_device: Mapping[str, str] = field(default_factory=dict)
 
     def checked_options(self, options: Mapping[str, Any]) -> dict[str, Any]:
         """All options: the given ones, and defaults for the rest. Raises SensorValueError for an unknown option."""
@@ -103,7 +105,13 @@ for _kind in (
         check=_say_stable_ids,
     ),
     AnnotatorType("SemanticClasses", _semantic_classes, lambda reading: ("classId",)),
-    AnnotatorType("IsaacExtractRTXSensorPointCloud", _extract, lambda reading: EXTRACT_CHANNELS, optional=True),
+    AnnotatorType(
+        "IsaacExtractRTXSensorPointCloud",
+        _extract,
+        lambda reading: EXTRACT_CHANNELS,
+        optional=True,
+        on_device=ON_DEVICE,
+    ),
     AnnotatorType(
         "IsaacExtractRTXSensorPointCloudNoAccumulator",
         _extract,

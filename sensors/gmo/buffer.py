@@ -41,9 +41,11 @@ from .layout import (
 def pack(frame: Frame) -> np.ndarray:
     """The frame as a GenericModelOutput buffer, (size,) uint8, not shared with any other object."""
     filled = [name for name in AUX_ARRAYS if name in frame.arrays and CHANNELS[name].level <= frame.aux_level]
-    filled = [name for name in filled if len(frame.arrays[name]) == frame.count]
+    if not hasattr(frame.arrays, "packed"):  # on a device all channels have the rows of the frame
+        filled = [name for name in filled if len(frame.arrays[name]) == frame.count]
     offsets, size = layout_of(frame.count, filled)
-    buffer = np.zeros(size, np.uint8)
+    made = frame.arrays.packed(offsets, size, frame.coords) if hasattr(frame.arrays, "packed") else None
+    buffer = np.zeros(size, np.uint8) if made is None else made
     header = buffer[: HEADER.itemsize].view(HEADER)[0]
     header["magicNumber"] = MAGIC
     header["majorVersion"], header["minorVersion"], header["patchVersion"] = VERSION
@@ -63,10 +65,11 @@ def pack(frame: Frame) -> np.ndarray:
         header["azimuthOffset"], header["scanComplete"] = frame.azimuth_offset_deg, frame.scan_complete
         for name in OTHER_SCALARS:
             header[name] = frame.facts.get(name, 0)
-    for name, source in _sources(frame).items():
-        _place(buffer, offsets[name], ELEMENT_DTYPES[name], source)
-    for name in filled:
-        _place(buffer, offsets[name], CHANNELS[name].dtype, frame.arrays[name])
+    if made is None:
+        for name, source in _sources(frame).items():
+            _place(buffer, offsets[name], ELEMENT_DTYPES[name], source)
+        for name in filled:
+            _place(buffer, offsets[name], CHANNELS[name].dtype, frame.arrays[name])
     return buffer
 
 

@@ -24,6 +24,8 @@ class Receiver:
     weaker returns are dropped. Beam power, aperture and atmosphere are part of that threshold and equal for all
     emitters.
 
+    near, normalised, tables and scale are what the chain below needs.
+
     The chain of the intensity: processing (NORMALIZATION removes the range: reflectance x cos(incidence); any other
     keeps it, relative to a white surface at `nearRangeM`), limited to 1 (retro-reflectors saturate the receiver), then
     mapping (LINEAR, or by tables at equal steps of the input from 0 to 1), then `intensityScalePercent` / 255. The
@@ -31,10 +33,10 @@ class Receiver:
     """
 
     def __init__(self, config: LidarConfig) -> None:
-        self._near = np.float32(max(config.near_range_m, 1e-3))
-        self._normalised = config.intensity_processing == "NORMALIZATION"
-        self._tables = [np.asarray(table, np.float32) for table in _mapping(config) if len(table) > 1]
-        self._scale = np.float32(config.intensity_scale_percent / FULL_SCALE)
+        self.near = np.float32(max(config.near_range_m, 1e-3))
+        self.normalised = config.intensity_processing == "NORMALIZATION"
+        self.tables = [np.asarray(table, np.float32) for table in _mapping(config) if len(table) > 1]
+        self.scale = np.float32(config.intensity_scale_percent / FULL_SCALE)
         reach = config.min_reflection_range_m
         self._least = np.float32(config.min_reflectance / reach**2) if reach > 0 else np.float32(0)
 
@@ -50,12 +52,12 @@ class Receiver:
 
     def intensity(self, reflected: np.ndarray, distance: np.ndarray) -> np.ndarray:
         """The scalar of returns, (n,) float32 from 0 to 1; `reflected` as `returned` gives it."""
-        out = reflected if self._normalised else reflected * (self._near / np.maximum(distance, self._near)) ** 2
+        out = reflected if self.normalised else reflected * (self.near / np.maximum(distance, self.near)) ** 2
         out = np.minimum(out, np.float32(1.0))
-        for table in self._tables:
+        for table in self.tables:
             out = np.interp(out, np.linspace(0.0, 1.0, len(table)), table).astype(np.float32)
-        if self._scale != 1.0:
-            out *= self._scale
+        if self.scale != 1.0:
+            out *= self.scale
         return np.asarray(out)
 
 

@@ -106,8 +106,8 @@ class Returns:
         """The requested channels of returns, and "count"."""
         found: dict[str, np.ndarray] = {"count": np.array(len(self._index))}
         for name in channels:
-            if name in _BEAM_CHANNELS:
-                found[name] = self._of_pattern(getattr(self._pattern, _BEAM_CHANNELS[name]))
+            if name in BEAM_CHANNELS:
+                found[name] = self._of_pattern(getattr(self._pattern, BEAM_CHANNELS[name]))
             elif name in self._tables:
                 found[name] = self._of_surface(name)
             elif name in MAKERS:
@@ -288,7 +288,7 @@ def _face(normals: np.ndarray, table: np.ndarray, index: np.ndarray) -> None:
             normals[row, axis] = normals[row, axis] * side + np.float32(0.0)  # no negative zeros
 
 
-_BEAM_CHANNELS = {
+BEAM_CHANNELS = {
     "emitterId": "emitter_id",
     "channelId": "channel_id",
     "tickId": "tick_id",

@@ -11,6 +11,7 @@ import numpy as np
 
 from graph.base.exact import nanoseconds
 from graph.base.records import dataclass, field
+from graph.sim.devices import HOST
 from graph.sim.renderer.schedule import EveryUpdate, Tick
 from sensors.channels import CHANNELS
 from sensors.motion.velocities import surface_velocities
@@ -28,10 +29,12 @@ from .bins import Bins
 from .noise import Noise
 from .pattern import Pattern
 from .receiver import Receiver
-from .returns import Shot
+from .returns import Shot, SurfaceTable
 from .scan import Scanner
 
 if TYPE_CHECKING:
+    from sensors.device.lidar import DeviceLidar
+
     from .runtime import LidarRuntime
 
 
@@ -58,6 +61,7 @@ class Scans(Model["LidarRuntime"]):
         self._bins = Bins(self._app, lidar.path, lidar.turns) if continuous else None
         self._scanners: OrderedDict[int, Scanner] = OrderedDict()
         self._unfinished: dict[int, _Turn] = {}
+        self._devices: dict[int, tuple[Any, DeviceLidar | None]] = {}
 
     def reset(self) -> None:
         """Drops unfinished scans."""
@@ -97,8 +101,12 @@ class Scans(Model["LidarRuntime"]):
         firings = len(self._turns.pattern(turn))
         if self._bins is not None:
             scan = self._continuous_scan(tick.start, tick.end, [(turn, slice(0, firings))])
+        elif self._sensor.wants_updates:
+            scan = self._unfinished.pop(turn, _Turn())
+        elif (device := self._on_device(turn)) is not None:
+            return self._device_scan(device, tick)
         else:
-            scan = self._unfinished.pop(turn, _Turn()) if self._sensor.wants_updates else self._frozen_scan(tick)
+            scan = self._frozen_scan(tick)
         return self._measured(scan, tick, complete=scan.firings == firings)
 
     def _measured(self, scan: _Turn, tick: Tick, *, complete: bool) -> Measurement:
@@ -144,18 +152,55 @@ class Scans(Model["LidarRuntime"]):
             optics=lambda: surface_optics(present_app(weak)),
             config=config,
             subrays=app.fidelity.lidar_subrays,
-            tables={
-                "matId": lambda: surface_materials(present_app(weak)),
-                "objId": lambda: surface_ids(present_app(weak)),
-                "classId": lambda: surface_classes(present_app(weak)),
-            },
+            tables=self._tables(),
         )
+
+    def _tables(self) -> dict[str, SurfaceTable]:
+        weak = weakref.ref(self._app)
+        return {
+            "matId": lambda: surface_materials(present_app(weak)),
+            "objId": lambda: surface_ids(present_app(weak)),
+            "classId": lambda: surface_classes(present_app(weak)),
+        }
 
     def _frozen_scan(self, tick: Tick) -> _Turn:
         pose, turn = self._sensor.pose(tick.poses), tick.index - 1
         firings = len(self._scanner(turn).pattern)
         part = self._scan(Shot(slice(0, firings), pose, tick.poses, turn=turn))
         return _Turn([part], firings, pose, pose)
+
+    def _on_device(self, turn: int) -> DeviceLidar | None:
+        """The lidar on the App's device, if it can make whole frames of this turn there."""
+        app, config = self._app, self._config
+        if app.fidelity.device == HOST:
+            return None
+        from sensors.device.lidar import DeviceLidar
+        from sensors.device.world import DeviceWorld
+
+        number, world = self._turns.number(turn), cast_world(app)
+        known = self._devices.get(number)
+        if known is None or known[0] is not world:
+            pattern, carrier = self._turns.pattern(turn), app.fabric.body_of(self._path)
+            fits = (
+                isinstance(world, DeviceWorld)
+                and not (app.fidelity.lidar_noise or app.fidelity.lidar_subrays > 1)
+                and not (config.skip_dropping_invalid_points or surface_optics(app).has_glass)
+                and config.output_frame_of_reference == "SENSOR"
+                and pattern.origins is None
+                and (carrier is None or carrier in world.bodies)
+            )
+            lidar = None
+            if fits and isinstance(world, DeviceWorld):
+                tables = self._tables()
+                lidar = DeviceLidar(world, pattern, config, surface_optics(app), self._exclude, tables, carrier)
+            known = self._devices[number] = world, lidar
+        return known[1]
+
+    def _device_scan(self, device: DeviceLidar, tick: Tick) -> Measurement:
+        pose, state = self._sensor.pose(tick.poses), tick.poses or self._app.fabric.capture()
+        velocities = np.array(state.velocities(device.world.bodies)).reshape(-1, 6)
+        arrays, count = device.scan(pose, state, velocities, self._sensor.channels())
+        return Measurement(arrays, count, self._sensor.ends(tick) if self._history is not None else (pose, pose))
 
     def _continuous_scan(self, start: Fraction, end: Fraction, slices: list[tuple[int, slice]]) -> _Turn:
         assert self._bins is not None

@@ -31,10 +31,12 @@ class Forms:
 
     def __init__(self, forms: Sequence[ClosedForm]) -> None:
         frames = np.array([form.frame for form in forms])
-        self._inverse = np.linalg.inv(frames[:, :3, :3])
-        self._centre = frames[:, :3, 3]
-        self._kinds = np.array([_kind(form) for form in forms])
-        self._sizes = np.array([(form.low, form.high) for form in forms])
+        self.inverse = np.linalg.inv(frames[:, :3, :3])
+        """(m, 3, 3), from the axes of the surfaces to those of the solids; `centre`: (m, 3) [m], of the solids."""
+        self.centre = frames[:, :3, 3]
+        self.kinds = np.array([_kind(form) for form in forms])
+        """(m,) numbers of their kinds, and `sizes`: (m, 2), `low` and `high` of `ClosedForm`."""
+        self.sizes = np.array([(form.low, form.high) for form in forms])
         self.boxes = np.array([form.bounds() for form in forms])
         """(m, 2, 3) [m], the least and the greatest coordinates, in the frames of the surfaces."""
         self.radii = np.array([_radius(form, box) for form, box in zip(forms, self.boxes, strict=True)])
@@ -43,18 +45,18 @@ class Forms:
     def some(self, which: np.ndarray) -> Forms:
         """The solids `which` (k,); each may be there several times."""
         found = copy(self)
-        found._inverse, found._centre = self._inverse[which], self._centre[which]
-        found._kinds, found._sizes = self._kinds[which], self._sizes[which]
+        found.inverse, found.centre = self.inverse[which], self.centre[which]
+        found.kinds, found.sizes = self.kinds[which], self.sizes[which]
         return found
 
     def seen_from(self, origin: np.ndarray, poses: np.ndarray | None = None) -> PlacedForms:
         """The solids from an origin, (3,) or one for each (m, 3) float64 [m]; poses: (m, 4, 4), move each of them."""
-        inverse, centre = self._inverse, self._centre
+        inverse, centre = self.inverse, self.centre
         if poses is not None:
             inverse = inverse @ np.swapaxes(poses[:, :3, :3], 1, 2)
             centre = (poses[:, :3, :3] @ centre[:, :, None])[:, :, 0] + poses[:, :3, 3]
         start = -(inverse @ (centre - origin)[:, :, None])[:, :, 0]
-        return PlacedForms(start, inverse, self._kinds, self._sizes)
+        return PlacedForms(start, inverse, self.kinds, self.sizes)
 
 
 class PlacedForms:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import weakref
+from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from graph.sim.devices import HOST
 from graph.sim.geometry.deforming import Following
 from graph.sim.settings import ID_MAP_EXTENSION, RAY_THREADS
 from sensors.surfaces.ids import has_prim, pack_stable_id_map, stable_id, stable_id_map
@@ -72,11 +75,19 @@ def cast_world(app: App) -> CastWorld:
     def threads() -> int:
         return int(present_app(weak).settings.get(RAY_THREADS))
 
-    world = CastWorld(surfaces, poses, threads, soft, points, velocities, prune=app.prune)
+    world = _world_on(app.fidelity.device)(surfaces, poses, threads, soft, points, velocities, prune=app.prune)
     if app not in _worlds:
         app.on("close", lambda: _worlds.pop(app, None))
     _worlds[app] = (geometry, world)
     return world
+
+
+def _world_on(device: str) -> Callable[..., CastWorld]:
+    if device == HOST:
+        return CastWorld
+    from sensors.device.world import DeviceWorld
+
+    return partial(DeviceWorld.on, device)
 
 
 def present_app(weak: weakref.ref[App]) -> App:

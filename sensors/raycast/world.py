@@ -88,10 +88,19 @@ class CastWorld:
         ]
         self.standing = Standing(self.surfaces, stands, formulas=formulas, prune=prune)
         """The surfaces that neither move nor deform."""
-        self._soft = SoftMeshes(deforming, points) if deforming and points else None
-        self._moving = MovingSurfaces(moving, solids) if moving or solids else None
+        self._made_of = deforming, moving, solids
         self.moving_surfaces = np.array([index for index, one, _ in rigid if isinstance(one, Mesh)], np.int32)
         self._planes = [(index, s) for index, s in enumerate(self.surfaces) if isinstance(s, Plane)]
+
+    @cached_property
+    def _soft(self) -> SoftMeshes | None:
+        deforming, points = self._made_of[0], self._points
+        return SoftMeshes(deforming, points) if deforming and points else None
+
+    @cached_property
+    def _moving(self) -> MovingSurfaces | None:
+        _, moving, solids = self._made_of
+        return MovingSurfaces(moving, solids) if moving or solids else None
 
     def is_solid(self, surface: Mesh | Plane) -> TypeGuard[Solid]:
         """Whether rays meet a surface by the formula of its solid."""

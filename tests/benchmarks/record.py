@@ -56,7 +56,9 @@ def save(rows: dict[str, list[Row]], folder: Path = FOLDER) -> Path:
 
 
 def keep(name: str, title: str, rows: list[Row]) -> None:
-    """Replace one group of the figures that the manual shows."""
+    """Replace one group of the figures that the manual shows; one that has no rows on this machine stays."""
+    if not rows:
+        return
     groups: dict[str, Any] = json.loads(MEASURED.read_text()) if MEASURED.exists() else {}
     columns = ("what", "value", "unit", "bound", "best")
     groups[name] = {

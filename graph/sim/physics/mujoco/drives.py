@@ -80,6 +80,11 @@ class Drives:
         """Stiffness [1/s2] and damping [1/s] by the least inertia of each joint."""
         return (self.stiffness / self._inertia).tolist(), (self.damping / self._inertia).tolist()
 
+    @property
+    def controls(self) -> tuple[NDArray[np.intp], Floats]:
+        """(A,) the control of each drive in MuJoCo's data, and the gain by which its actuator multiplies it."""
+        return np.arange(self._model.nu)[self._controls], self._gain
+
     def apply(self, data: Any) -> None:
         """Writes the targets to the engine."""
         self._aim = self.stiffness * self.targets[:, 0] + self.damping * self.targets[:, 1]

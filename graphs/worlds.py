@@ -1,0 +1,37 @@
+"""Drives many robots at once: a policy of torch reads each world's lidar and turns its wheels. Nothing is trained.
+
+python graphs/worlds.py                 # 4,096 worlds on a CUDA GPU
+python graphs/worlds.py 8 warp-cpu      # a few on the processor, to see it work
+"""
+
+import sys
+import time
+from pathlib import Path
+
+import torch
+import warp as wp
+
+from graph.sim import Worlds
+
+count = int(sys.argv[1]) if len(sys.argv) > 1 else 4096
+device = sys.argv[2] if len(sys.argv) > 2 else "cuda"
+worlds = Worlds(Path(__file__).with_suffix(".yaml"), count=count, device=device, channels=["distance"])
+lidar = worlds.lidars["/World/Robot/chassis/lidar"]
+ranges = wp.to_torch(lidar.channels.distance)  # (worlds, rays) [m], on the device; each scan overwrites it
+memory = ranges.device
+
+layer = torch.nn.Sequential(torch.nn.LazyLinear(64), torch.nn.Tanh(), torch.nn.Linear(64, 2)).to(memory)
+speeds = torch.zeros(count, 2, device=memory)
+start = time.perf_counter()
+with torch.no_grad():
+    for update in range(120):
+        worlds.step()
+        if lidar.frame_id[0] >= 0:
+            speeds = 5 + 5 * layer(ranges.clamp(max=10) / 10)  # [rad/s] of the left and the right wheel
+            worlds.drive(velocities=speeds)
+        if update == 59:
+            worlds.reset(torch.rand(count) < 0.5)  # half of them begin anew
+torch.cuda.synchronize() if memory.type == "cuda" else None
+seconds = time.perf_counter() - start
+print(f"{count:,} worlds, 120 updates (2 s of each): {seconds:.2f} s, {count * 2 / seconds:,.0f} x real time in all")
+print("frames of the first worlds:", lidar.frame_id[:8].tolist(), "; room was enough:", worlds.physics.overflow() == "")

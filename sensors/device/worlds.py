@@ -1,0 +1,238 @@
+"""Many worlds of one file on one device: physics by mujoco-warp, lidars by one launch for all worlds that are due."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from fractions import Fraction
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from graph.base.errors import UserError
+from graph.base.exact import NANOSECONDS
+from graph.sim.devices import HOST, device_of, warp
+from graph.sim.renderer.schedule import TickSchedule
+
+from .geometry import Geometry
+from .scan import WIDTHS, DeviceScan
+
+
+class WorldsLidar:
+    """A lidar in every world.
+
+    `channels` holds arrays (worlds, firings) on the device, overwritten at each scan: distance [m], intensity 0 to 1,
+    surface (-1, as distance 0: no return), and, (worlds, firings, 3) in the sensor's frame, point [m], normal and
+    velocity [m/s]. `stamp_ns` and `frame_id`: (worlds,) int64 of each world's newest scan, -1 before the first.
+    """
+
+    def __init__(self, path: str, rate: Fraction, steps_per_second: Fraction, scan: DeviceScan, local: Any) -> None:
+        self.path, self.rate, self.channels = path, rate, scan.channels
+        self.scanner, self.local = scan, local
+        schedule = TickSchedule(rate, accumulates=True)
+        schedule.bind(steps_per_second)
+        self._first, self._newest, self._state = schedule.first_index, schedule.newest, schedule.state_step
+        worlds = scan.geometry.worlds
+        self.index = np.full(worlds, self._first - 1, np.int64)
+        self.stamp_ns, self.frame_id = np.full(worlds, -1, np.int64), np.full(worlds, -1, np.int64)
+
+    def reset(self, mask: np.ndarray) -> None:
+        """Forgets the scans of some worlds (w,) bool; their arrays keep their numbers until the next one."""
+        self.index[mask] = self._first - 1
+        self.stamp_ns[mask] = self.frame_id[mask] = -1
+
+    def planned(self, steps: np.ndarray) -> dict[int, np.ndarray]:
+        """Which worlds scan at which of their step counts in an update that ends at `steps` (w,); exact integers."""
+        found: dict[int, list[np.ndarray]] = {}
+        for end in np.unique(steps):
+            worlds = np.flatnonzero((steps == end) & (self.index < self._newest(int(end))))
+            if len(worlds):
+                newest = self._newest(int(end))
+                self.index[worlds] = newest
+                self.frame_id[worlds] += 1
+                self.stamp_ns[worlds] = round((newest - 1) / self.rate * NANOSECONDS)
+                found.setdefault(int(end) - self._state(newest), []).append(worlds)
+        return {before: np.concatenate(each) for before, each in found.items()}
+
+
+class Worlds:
+    """`count` worlds of a graph file, each with its own state: `step()`, then read `lidars[path].channels`.
+
+    The graphs of the file are not evaluated in them; the warning `graphs-not-in-worlds` names them. device: "cuda",
+    "cuda:N" or "warp-cpu". channels: those of lidars, see `WorldsLidar`. contacts, rows: room for contacts and
+    constraint rows in a world. options: as for `App.from_file`. Raises UserError for what cannot run so: lidars whose
+    turns differ, with noise or sub-rays, or a physics rate that is no multiple of the loop's.
+    """
+
+    def __init__(
+        self,
+        file: str | Path,
+        *,
+        count: int,
+        seed: int = 0,
+        device: str = "cuda",
+        channels: Iterable[str] = tuple(WIDTHS),
+        contacts: int | None = None,
+        rows: int | None = None,
+        **options: Any,
+    ) -> None:
+        from graph.sim.app import App
+        from sensors.raycast.shared import cast_world, surface_optics
+
+        if count < 1:
+            raise UserError(f"worlds: count {count} is not above 0")
+        if device == HOST:
+            raise UserError('worlds run on "cuda", "cuda:N" or "warp-cpu"; for one world on the processor use App')
+        self.device, self.count = device_of(device), count
+        self.app = app = App.from_file(file, seed=seed, **options)
+        """The App whose stage, physics and lidars every world has."""
+        app.play()
+        ratio = app.simulation.steps_per_second / app.loop_rate
+        if ratio.denominator != 1:
+            raise UserError(f"worlds: the physics rate must be a multiple of the loop's, not {float(ratio):g} times it")
+        self.substeps = int(ratio)
+        self.steps = np.zeros(count, np.int64)
+        """(w,) physics steps of each world since its start or reset."""
+        world = cast_world(app)
+        engine: Any = app.physics
+        self.physics: Any = None
+        """mujoco-warp's `model` and `data`, see `graph.sim.physics.mujoco.device`; None where nothing moves."""
+        if engine is not None:
+            physics = import_module("graph.sim.physics.mujoco.device").DevicePhysics
+            self.physics = physics(engine, count, self.device, contacts, rows)
+        paths = () if engine is None else engine.body_paths
+        wp = warp()
+        self._bodies = wp.zeros((count, len(paths)), dtype=wp.mat44d, device=self.device)
+        self._linear = wp.zeros((count, len(paths)), dtype=wp.vec3d, device=self.device)
+        self._angular = wp.zeros((count, len(paths)), dtype=wp.vec3d, device=self.device)
+        number = {path: index for index, path in enumerate(paths)}
+        body_of = np.array(
+            [number.get(str(one.body), -1) if one.body else -1 for one in world.surfaces] or [-1], np.int32
+        )
+        self.lidars: dict[str, WorldsLidar] = {}
+        """The lidars by the paths of their prims."""
+        for sensor in _lidars(app):
+            self._check(sensor)
+            geometry = self._geometry(world, body_of, sensor)
+            body = app.fabric.body_of(sensor.path)
+            pose = sensor.pose()
+            if body is not None:
+                pose = np.linalg.inv(np.asarray(app.fabric.rigid_matrices((body,), app.fabric.capture()))[0]) @ pose
+            pattern = sensor.turns.pattern(0)
+            carrier = number.get(body, -1) if body else -1
+            scan = DeviceScan(geometry, pattern, sensor.config, surface_optics(app), body_of, carrier, channels)
+            self.lidars[sensor.path] = WorldsLidar(
+                sensor.path, sensor.rate, app.simulation.steps_per_second, scan, pose
+            )
+        self._tell_graphs()
+
+    # -- the loop ----------------------------------------------------------------------------------------------------
+
+    def step(self) -> Mapping[str, WorldsLidar]:
+        """One update of every world: its physics steps, and the scans that are due; returns `lidars`."""
+        self.steps += self.substeps
+        plans = [(lidar, lidar.planned(self.steps)) for lidar in self.lidars.values()]
+        for left in range(self.substeps - 1, -1, -1):
+            if self.physics is not None:
+                self.physics.step()
+            due = [(lidar, plan[left]) for lidar, plan in plans if left in plan]
+            if due:
+                self._scan(due)
+        return self.lidars
+
+    def reset(self, mask: Any = None) -> None:
+        """Puts worlds back to the start: `mask` (w,) bool, NumPy or on the device; None: all."""
+        wp = warp()
+        host = np.ones(self.count, bool) if mask is None else np.asarray(getattr(mask, "numpy", lambda: mask)(), bool)
+        if host.shape != (self.count,):
+            raise UserError(
+                f"reset: the mask has the shape {host.shape}; give one value for each of {self.count} worlds"
+            )
+        if self.physics is not None:
+            self.physics.reset(wp.array(host, dtype=wp.bool, device=self.device))
+        self.steps[host] = 0
+        for lidar in self.lidars.values():
+            lidar.reset(host)
+
+    # -- joints ------------------------------------------------------------------------------------------------------
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """The joints with drives, in the order of `drive`'s columns."""
+        return () if self.physics is None else self.physics.joints
+
+    def drive(self, velocities: Any = None, positions: Any = None) -> None:
+        """Targets of the driven joints, (worlds, joints) [rad/s or m/s, rad or m]; None keeps those of before.
+
+        Takes NumPy arrays, and arrays on the device without a copy to the host (Warp, or by DLPack: torch, CuPy, JAX).
+        """
+        if not self.joints:
+            raise UserError("drive: this file has no joints with drives")
+        self.physics.drive(*(None if one is None else self._given(one) for one in (positions, velocities)))
+
+    def _given(self, values: Any) -> Any:
+        wp, shape = warp(), (self.count, len(self.joints))
+        if tuple(values.shape) != shape:
+            raise UserError(f"drive: targets of the shape {tuple(values.shape)}; give {shape}, a row for each world")
+        if isinstance(values, np.ndarray):
+            return wp.array(np.ascontiguousarray(values, np.float32), device=self.device)
+        return values if isinstance(values, wp.array) else wp.from_dlpack(values, dtype=wp.float32)
+
+    # -- inside ------------------------------------------------------------------------------------------------------
+
+    def _scan(self, due: list[tuple[WorldsLidar, np.ndarray]]) -> None:
+        for lidar, worlds in due:
+            scan, geometry = lidar.scanner, lidar.scanner.geometry
+            if self.physics is not None and self._bodies.size:
+                self.physics.carry(geometry.anchor, self._bodies, self._linear, self._angular)
+            geometry.settle(self._bodies)
+            scan.mount(self._bodies, lidar.local)
+            scan.scan(self._bodies, self._linear, self._angular, None if len(worlds) == self.count else worlds)
+
+    def _geometry(self, world: Any, body_of: np.ndarray, sensor: Any) -> Geometry:
+        from sensors.raycast.standing import excluded
+        from sensors.raycast.world import anchor_of
+
+        if world.soft:
+            raise UserError("worlds: deforming bodies are simulated in single Apps only")
+        skip = frozenset(n for n, one in enumerate(world.surfaces) if excluded(str(one.path), sensor.exclude))
+        anchor = anchor_of(sensor.pose()[:3, 3])
+        return Geometry(self.device, world.surfaces, body_of, anchor, formulas=True, skip=skip, worlds=self.count)
+
+    def _check(self, sensor: Any) -> None:
+        fidelity = self.app.fidelity
+        reason = ""
+        if not sensor.whole:
+            reason = "its tick rate is not its scan rate"
+        elif sensor.turns.kept != 1:
+            reason = "the patterns of its turns differ"
+        elif fidelity.lidar_noise or fidelity.lidar_subrays > 1 or fidelity.lidar_motion != "frozen":
+            reason = "lidar.noise, lidar.subrays and lidar.motion keep their defaults there"
+        if reason:
+            raise UserError(f"worlds: {sensor.path} cannot be scanned in many worlds: {reason}")
+
+    def _tell_graphs(self) -> None:
+        graphs = ", ".join(self.app.graphs)
+        if graphs:
+            self.app.warn(
+                "graphs-not-in-worlds", graphs, "graphs are not evaluated in worlds; set targets with drive()"
+            )
+
+    def close(self) -> None:
+        """Frees the template App."""
+        self.app.close()
+
+    def __enter__(self) -> Worlds:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _lidars(app: Any) -> list[Any]:
+    """The runtimes of all lidars of a stage, by path."""
+    from sensors.lidar.names import PRIM_TYPE
+    from sensors.lidar.runtime import LidarRuntime
+
+    return [LidarRuntime(app, str(prim.GetPath())) for prim in app.stage.Traverse() if prim.GetTypeName() == PRIM_TYPE]

@@ -1,0 +1,103 @@
+"""Frames of lidars on a device: the channels of the processor's frames, there until they are read."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("warp", reason="pip install 'tickgraph[gpu]'")
+pytest.importorskip("mujoco_warp", reason="pip install 'tickgraph[gpu]'")
+
+from pxr import Gf, UsdGeom, UsdPhysics
+
+from graph.sim import App
+from sensors import Lidar, LidarSensor
+from sensors.errors import SensorValueError
+from sensors.gmo import parse_generic_model_output_data
+from tests.support.devices import on_each
+
+
+def lidar_app(device, **options):
+    """A lidar on a body that falls and turns between walls, one of them a mesh."""
+    app = App(device=device, **options)
+    app.__enter__()
+    stage = app.stage
+    for number, place in enumerate([(4, 0, 0), (-5, 1, 0), (0, 6, 1)]):
+        shape = (UsdGeom.Cube, UsdGeom.Sphere, UsdGeom.Cylinder)[number].Define(stage, f"/World/Thing{number}")
+        shape.AddTranslateOp().Set(Gf.Vec3d(*place))
+    UsdPhysics.RigidBodyAPI.Apply(stage.GetPrimAtPath("/World/Thing0"))
+    carrier = UsdGeom.Cube.Define(stage, "/World/Carrier")
+    carrier.GetSizeAttr().Set(0.2)
+    body = UsdPhysics.RigidBodyAPI.Apply(carrier.GetPrim())
+    body.CreateAngularVelocityAttr().Set(Gf.Vec3f(0, 0, 90))
+    lidar = Lidar.create(
+        "/World/Carrier/lidar", config="Example_Rotary", translations=[0, 0, 0.3], aux_output_level="FULL"
+    )
+    return app, LidarSensor(lidar, annotators=["generic-model-output"])
+
+
+def frame_of(device, updates=14, **options):
+    app, sensor = lidar_app(device, **options)
+    try:
+        app.play()
+        app.update(steps=updates)
+        return parse_generic_model_output_data(sensor.get_data("generic-model-output")[0].copy())
+    finally:
+        app.close()
+        app.__exit__(None, None, None)
+
+
+@on_each
+def test_a_frame_has_the_channels_of_the_processors(device):
+    ours, theirs = frame_of(device), frame_of("cpu")
+    assert ours.numElements == theirs.numElements > 10_000
+    assert (ours.timestampNs, ours.frameId) == (theirs.timestampNs, theirs.frameId)
+    for name in ("timeOffsetNs", "x", "y", "flags", "emitterId", "channelId", "tickId", "echoId", "matId"):
+        assert np.array_equal(getattr(ours, name), getattr(theirs, name)), name
+    assert np.abs(ours.z - theirs.z).max() < 1e-5
+    assert np.abs(ours.scalar - theirs.scalar).max() < 1e-4
+    assert np.abs(ours.velocities - theirs.velocities).max() < 1e-4
+
+
+@on_each
+@pytest.mark.parametrize("fidelity", [{"lidar.noise": "on"}, {"lidar.subrays": 3}, {"lidar.motion": "continuous"}])
+def test_what_frames_on_the_device_cannot_have_is_cast_there_and_made_on_the_host(device, fidelity):
+    ours, theirs = frame_of(device, fidelity=fidelity), frame_of("cpu", fidelity=fidelity)
+    assert ours.numElements == theirs.numElements
+    assert np.abs(ours.z - theirs.z).max() < 2e-5
+
+
+@on_each
+def test_a_point_cloud_can_be_read_where_it_is(device):
+    """The arrays on the device share no copy with the host, hold the same numbers, and go by DLPack."""
+    from sensors.annotators.annotator import Annotator
+    from sensors.annotators.registry import find_annotator
+
+    app, _ = lidar_app(device)
+    try:
+        product = next(iter(app.rendering.products.values()))
+        cloud = Annotator(find_annotator("IsaacExtractRTXSensorPointCloud"), app=app).attach(product)
+        app.play()
+        app.update(steps=14)
+        there, here = cloud.get_data(device=device), cloud.get_data()
+        assert there["data"].shape == here["data"].shape
+        for name in ("data", "distance", "intensity"):
+            assert np.array_equal(there[name].numpy(), here[name]), name
+        if device == "warp-cpu":
+            assert np.array_equal(np.from_dlpack(there["distance"]), here["distance"])
+    finally:
+        app.close()
+        app.__exit__(None, None, None)
+
+
+def test_without_a_device_arrays_are_on_the_host():
+    from sensors.annotators.annotator import Annotator
+    from sensors.annotators.registry import find_annotator
+
+    app, _ = lidar_app("cpu")
+    try:
+        cloud = Annotator(find_annotator("IsaacExtractRTXSensorPointCloud"), app=app)
+        cloud.attach(next(iter(app.rendering.products.values())))
+        with pytest.raises(SensorValueError, match="annotators are in host memory"):
+            cloud.get_data(device="cuda")
+    finally:
+        app.close()
+        app.__exit__(None, None, None)
