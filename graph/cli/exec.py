@@ -48,7 +48,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, metavar="DIR", help="write report.json and the recording into DIR")
     parser.add_argument("--json", action="store_true", help="print the report as JSON; the script prints on stderr")
     parser.add_argument(
-        "--strict", action="store_true", help="refuse names that do nothing here; exit 1 if the script caught an error"
+        "--strict",
+        action="store_true",
+        help="refuse names that do nothing here; exit 1 for silent parts, missed ticks and caught errors",
     )
     parser.add_argument("--parity", choices=("documented", "isaacsim-6.0.1"), default="documented", help="the profile")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of every random stream (default 0)")
@@ -114,9 +116,13 @@ def run(args: argparse.Namespace) -> int:
         return EXIT_INTERRUPTED
     if reporting.report is None:
         tell("the script made no application: nothing was simulated")
-    if args.strict and script.caught:
-        tell(f"strict: the script caught {counted(len(script.caught), 'errors')}")
-        return code or 1
+    if args.strict:
+        from .silent_outputs import strict_code
+
+        if script.caught:
+            tell(f"strict: the script caught {counted(len(script.caught), 'errors')}")
+        silent = strict_code(reporting.report["silent"] if reporting.report else (), reporting.missed)
+        return code or int(bool(script.caught or silent))
     return code
 
 
@@ -129,6 +135,8 @@ class _Reporting:
         self._args, self._script, self._held = args, script, held
         self._output: Any = None
         self._failures: list[RunError] = []
+        self.missed: list[tuple[str, str, str]] = []
+        """Warnings of sensors that missed ticks."""
 
     def make(self, **options: Any) -> App:
         """The App of the script."""
@@ -210,8 +218,9 @@ class _Reporting:
             for warning in sink.warnings():
                 app.warn(*warning)
         warn_of_blind_sensors(app)
+        self.missed = [*missed_in_run(app)]
         for warning in (
-            *missed_in_run(app),
+            *self.missed,
             *idle_in_run(app, self.runner),
             *self._frames.warnings(app.bus),
             *shared_topics(app.bus),

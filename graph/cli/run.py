@@ -123,7 +123,7 @@ def run(args: argparse.Namespace) -> int:
     from .frames import FrameSink
     from .idle_parts import idle_in_run
     from .report import build_report
-    from .silent_outputs import warn_of_blind_sensors
+    from .silent_outputs import strict_code, warn_of_blind_sensors
 
     show_log()
     targets = read_targets(args.live)
@@ -235,12 +235,7 @@ def run(args: argparse.Namespace) -> int:
         return EXIT_INTERRUPTED
     if failures:
         raise failures[0]
-    if not args.strict:
-        return 0
-    faults = [*report["silent"], *(f"sensor {where}: {message}" for _, where, message in missed)]
-    for line in faults:
-        tell(f"strict: {line}")
-    return 1 if faults else 0
+    return strict_code(report["silent"], missed) if args.strict else 0
 
 
 def _preview_rate(args: argparse.Namespace) -> Fraction | None:

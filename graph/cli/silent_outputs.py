@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from graph.sim.scene.prim_paths import prim_at
+
+from .printing import tell
 
 if TYPE_CHECKING:
     from graph.session.runner import GraphRunner
@@ -34,7 +36,7 @@ def silent_parts(app: App, runner: GraphRunner) -> list[str]:
         f"sensor {path} rendered {blind[path]} frames without a single return"
         if path in blind
         else f"sensor {path} rendered no frame"
-        for path in dict.fromkeys(wired_sensors(app, runner))
+        for path in dict.fromkeys((*wired_sensors(app, runner), *blind))
         if path in blind or path not in rendered
     ]
     heard: dict[str, int] = {}
@@ -47,6 +49,14 @@ def silent_parts(app: App, runner: GraphRunner) -> list[str]:
         if node.type.inputs_as("topic") and not heard.get(node.path)
     ]
     return lines
+
+
+def strict_code(silent: Iterable[str], missed: Iterable[tuple[str, str, str]]) -> int:
+    """What `--strict` makes of a run: prints each silent part and each sensor with missed ticks; 1 if there are any."""
+    faults = [*silent, *(f"sensor {where}: {message}" for _, where, message in missed)]
+    for line in faults:
+        tell(f"strict: {line}")
+    return 1 if faults else 0
 
 
 def blind_sensors(app: App) -> dict[str, int]:

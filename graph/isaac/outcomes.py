@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import ast
-from typing import Any
+from collections.abc import Callable
+from functools import wraps
+from typing import Any, TypeVar, cast
 
 from graph.base.errors import UserError
 
 from .names import Row
 from .session import warn
+
+F = TypeVar("F", bound=Callable[..., Any])
 
 
 class UnsupportedError(UserError, NotImplementedError):
@@ -34,14 +38,32 @@ def outcome(name: str, row: Row) -> Any:
     return inert
 
 
-def tell_inert(name: str) -> None:
+def tell_inert(name: str, message: str = "it exists and does nothing here") -> None:
     """Says, once for each name, that it does nothing. Raises UnsupportedError in strict runs."""
     from .session import strict
 
-    message = "it exists and does nothing here"
     if strict():
         raise UnsupportedError(f"{name}: {message}; --strict refuses that")
     warn("isaac-inert", name, message)
+
+
+def inert(module: str) -> Callable[[F], F]:
+    """Declares a function of class B: each call says, once, that it does nothing, then gives what its body returns.
+
+    module: the module of Isaac Sim by which scripts know the function or its class.
+    """
+
+    def declare(function: F) -> F:
+        name = f"{module}.{function.__qualname__}"
+
+        @wraps(function)
+        def told(*args: Any, **named: Any) -> Any:
+            tell_inert(name)
+            return function(*args, **named)
+
+        return cast(F, told)
+
+    return declare
 
 
 def tell_old_name(name: str, instead: str) -> None:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from graph.isaac.managers.app_utils import is_paused, is_playing, is_stopped, pause, play, stop
 from graph.isaac.session import kit
+
+if TYPE_CHECKING:
+    from .kit_app import ExtensionManager
 
 __all__ = [
     "disable_extension",
@@ -40,15 +43,21 @@ async def update_app_async(*, steps: int = 1, callback: Callable[[int, int], Any
 
 
 def enable_extension(name: str, *, enabled: bool = True) -> bool:
-    return True
+    return _manager().set_extension_enabled_immediate(name, enabled)
 
 
 def disable_extension(name: str) -> bool:
-    return True
+    return enable_extension(name, enabled=False)
 
 
 def is_extension_enabled(name: str) -> bool:
-    return True
+    return _manager().is_extension_enabled(name)
+
+
+def _manager() -> ExtensionManager:
+    from .kit_app import get_app
+
+    return get_app().get_extension_manager()
 
 
 def get_extension_id(name: str) -> str:
@@ -56,6 +65,4 @@ def get_extension_id(name: str) -> str:
 
 
 def get_extension_path_from_name(name: str) -> str:
-    from .kit_app import get_app
-
-    return get_app().get_extension_manager().get_extension_path(name)
+    return _manager().get_extension_path(name)

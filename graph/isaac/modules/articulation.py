@@ -254,6 +254,15 @@ class Articulation(XformPrim):
         found = [self._joints(one) for one in numbers(indices, len(self))]
         return [[str(_api(prim).GetTypeAttr().Get() or "force") for prim in joints] for joints in found]
 
+    def set_dof_drive_types(self, types: Any, *, indices: Any = None, dof_indices: Any = None) -> None:
+        for one in numbers(indices, len(self)):
+            joints = self._joints(one)
+            chosen = numbers(dof_indices, len(joints))
+            for number, kind in zip(chosen, words(types, len(chosen)), strict=True):
+                if kind not in ("force", "acceleration"):
+                    raise ValueError(f'the type of a drive is "force" or "acceleration", not {kind!r}')
+                _api(joints[number]).CreateTypeAttr().Set(kind)
+
     def _each(self, values: Any, indices: Any, dofs: Any) -> list[tuple[Any, Any]]:
         chosen = numbers(indices, len(self))
         out: list[tuple[Any, Any]] = []

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from graph.base.suggest import did_you_mean
+from graph.isaac.outcomes import tell_inert
 from graph.isaac.session import app, warn
 from graph.sim.usd import UsdGeom
 
@@ -59,7 +60,19 @@ def execute(name: str, **kwargs: Any) -> tuple[bool, Any]:
 
 
 def execute_argv(name: str, argv: list[Any]) -> tuple[bool, Any]:
-    return execute(name)
+    """Arguments as on a command line: `name=value`, the value as a Python literal or a text."""
+    from ast import literal_eval
+
+    named: dict[str, Any] = {}
+    for one in argv:
+        key, sign, text = str(one).partition("=")
+        if not sign:
+            raise ValueError(f"{name}: write the argument {text or key} as name=value")
+        try:
+            named[key] = literal_eval(text)
+        except (ValueError, SyntaxError):
+            named[key] = text
+    return execute(name, **named)
 
 
 def _prim(path: Any) -> Any:
@@ -119,6 +132,8 @@ def _physics_sensor(kind: str, default: str) -> Callable[..., Any]:
 
         full = _free(_sensor_path(path, parent))
         known = {key: rest[key] for key in rest if key.endswith(("_filter_size", "threshold", "radius"))}
+        for name in (key for key, value in rest.items() if key not in known and value is not None):
+            tell_inert(f"omni.kit.commands: IsaacSensorCreate{kind}Sensor({name}=...)")
         words = {
             key.replace("_filter_size", "_filter_width"): value for key, value in known.items() if value is not None
         }
@@ -134,11 +149,18 @@ def _physics_sensor(kind: str, default: str) -> Callable[..., Any]:
     return made
 
 
-def _define(kind: str) -> Callable[..., Any]:
-    def made(path: Any = None, prim_path: Any = None, **_: Any) -> Any:
-        return app().stage.DefinePrim(str(path or prim_path), kind)
+def _range_lidar(path: str = "/Lidar", parent: Any = None, **named: Any) -> Any:
+    """The prim of a PhysX lidar: `min_range` is its attribute `minRange`, and so on."""
+    from graph.sim.scene.prim_attributes import set_property
 
-    return made
+    prim = app().stage.DefinePrim(_free(_sensor_path(path, parent)), "Lidar")
+    for name, value in named.items():
+        first, *others = name.split("_")
+        try:
+            set_property(prim, first + "".join(map(str.capitalize, others)), value)
+        except ValueError:
+            tell_inert(f"omni.kit.commands: RangeSensorCreateLidar({name}=...)")
+    return prim
 
 
 def _delete(paths: Any, destructive: bool = False, **_: Any) -> None:
@@ -151,7 +173,7 @@ def _create_prim(
 ) -> Any:
     prim = app().stage.DefinePrim(str(prim_path or _free(f"/{prim_type}")), prim_type)
     for name, value in (attributes or {}).items():
-        prim.GetAttribute(name).Set(value)
+        _change(f"{prim.GetPath()}.{name}", value)
     return prim
 
 
@@ -181,6 +203,8 @@ def _change(prop_path: Any, value: Any, prev: Any = None, type_to_create_if_not_
         found.Set(value)
     elif prim and (relationship := prim.GetRelationship(name)):
         relationship.SetTargets(value)
+    else:
+        warn("command-unknown", "ChangeProperty", f"there is no property {prop_path}; give type_to_create_if_not_exist")
 
 
 def _transform(path: Any, new_transform_matrix: Any = None, **_: Any) -> None:
@@ -252,8 +276,10 @@ def _copy(path_from: Any, path_to: Any = None, **_: Any) -> str:
     return to
 
 
-def _nothing(**_: Any) -> None:
-    return None
+def _select(new_selected_paths: Any = (), old_selected_paths: Any = (), **_: Any) -> None:
+    from .usd import get_context
+
+    get_context().selection.set_selected_prim_paths(list(new_selected_paths))
 
 
 _COMMANDS: dict[str, Callable[..., Any]] = {
@@ -263,7 +289,7 @@ _COMMANDS: dict[str, Callable[..., Any]] = {
     "IsaacSensorCreateRtxAcoustic": _rtx("Acoustic", "/RtxAcoustic"),
     "IsaacSensorCreateImuSensor": _physics_sensor("IMU", "/Imu_Sensor"),
     "IsaacSensorCreateContactSensor": _physics_sensor("Contact", "/Contact_Sensor"),
-    "RangeSensorCreateLidar": _define("Lidar"),
+    "RangeSensorCreateLidar": _range_lidar,
     "DeletePrims": _delete,
     "CreatePrim": _create_prim,
     "CreatePrimWithDefaultXform": _create_prim,
@@ -282,5 +308,5 @@ _COMMANDS: dict[str, Callable[..., Any]] = {
     "ApplyAPISchema": _api_schema,
     "AddGroundPlane": _plane,
     "AddPhysicsScene": lambda path="/physicsScene", **_: app().stage.DefinePrim(str(path), "PhysicsScene"),
-    "SelectPrims": _nothing,
+    "SelectPrims": _select,
 }

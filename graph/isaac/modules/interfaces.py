@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from graph.isaac.outcomes import tell_inert
+from graph.isaac.outcomes import inert, tell_inert
 from graph.isaac.session import app, kit
 
 __all__ = [
@@ -86,11 +86,19 @@ class _Physics:
         app().play()
 
     def fetch_results(self) -> None:
-        return None
+        """A step has ended when `simulate` returns."""
 
-    force_load_physics_from_usd = update_transformations = release_physics_objects = reset_simulation = (
-        lambda self, *_, **__: None
-    )
+    def update_transformations(self, *_: Any, **__: Any) -> None:
+        """Poses on the stage are those of the last step already."""
+
+    @inert("omni.physx")
+    def force_load_physics_from_usd(self, *_: Any, **__: Any) -> None: ...
+
+    @inert("omni.physx")
+    def release_physics_objects(self, *_: Any, **__: Any) -> None: ...
+
+    @inert("omni.physx")
+    def reset_simulation(self, *_: Any, **__: Any) -> None: ...
 
 
 class _Query:

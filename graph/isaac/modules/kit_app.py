@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from graph.isaac.events import EventStream
-from graph.isaac.outcomes import tell_inert
+from graph.isaac.names import names_of
+from graph.isaac.outcomes import inert, tell_inert
 from graph.isaac.session import RUN, app, kit
 
 __all__ = [
@@ -22,15 +23,40 @@ GLOBAL_EVENT_UPDATE = "omni.kit.app:update"
 GLOBAL_EVENT_POST_UPDATE = "omni.kit.app:post_update"
 
 
+def _extension_name(extension_id: str) -> str:
+    """The name in an id such as `omni.ui-2.26.4`."""
+    return str(extension_id).partition("-")[0]
+
+
+def _exists(name: str) -> bool:
+    """Whether something of an extension is here: a module, or a node type."""
+    from graph.node.registry import DEFAULT
+
+    ids = (one for listed in DEFAULT.library.types.values() for one in listed)
+    return names_of(name).known or any(one.startswith(f"{name}.") for one in ids)
+
+
 class ExtensionManager:
+    """Extensions whose modules or node types exist here are always enabled; others are said once each."""
+
+    def __init__(self) -> None:
+        self._asked: set[str] = set()
+
     def set_extension_enabled_immediate(self, extension_id: str, enabled: bool) -> bool:
+        name = _extension_name(extension_id)
+        if not enabled:
+            tell_inert(f"extension {name}", "disabling an extension changes nothing here")
+        elif not _exists(name):
+            tell_inert(f"extension {name}", "nothing of it is here; enabling it changes nothing")
+            self._asked.add(name)
         return True
 
     def set_extension_enabled(self, extension_id: str, enabled: bool) -> None:
-        return None
+        self.set_extension_enabled_immediate(extension_id, enabled)
 
     def is_extension_enabled(self, ext_name: str) -> bool:
-        return True
+        name = _extension_name(ext_name)
+        return name in self._asked or _exists(name)
 
     def get_enabled_extension_id(self, ext_name: str) -> str:
         return f"{ext_name}-6.0.1"
@@ -38,6 +64,7 @@ class ExtensionManager:
     def get_extension_dict(self, ext_id: str) -> dict[str, Any]:
         return {"package": {"id": ext_id, "version": "6.0.1"}}
 
+    @inert("omni.kit.app")
     def get_extensions(self) -> tuple[dict[str, Any], ...]:
         return ()
 
@@ -120,11 +147,11 @@ class IApp:
     def is_app_ready(self) -> bool:
         return True
 
-    def delay_app_ready(self, requester_name: str) -> None:
-        return None
+    @inert("omni.kit.app")
+    def delay_app_ready(self, requester_name: str) -> None: ...
 
-    def startup(self, *_: Any) -> None:
-        return None
+    @inert("omni.kit.app")
+    def startup(self, *_: Any) -> None: ...
 
     def shutdown(self) -> int:
         run = RUN.get()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
+from graph.isaac.outcomes import tell_inert
 from graph.isaac.session import RUN, app, kit
 from graph.sim import IsaacEvents, PhysicsScene, PhysxScene, RenderingEvent, SimulationEvent
 from graph.sim.scene.scene_attributes import scene_prims
@@ -68,11 +69,12 @@ class SimulationManager(metaclass=_Of):
 
     @classmethod
     def set_default_physics_scene(cls, physics_scene_prim_path: str) -> None:
-        return None
-
-    @classmethod
-    def is_default_callback_enabled(cls, callback_name: str) -> bool:
-        return True
+        """The first scene of the stage is in force. Raises ValueError if the path is not that of a physics scene."""
+        path = str(physics_scene_prim_path)
+        if path not in (str(one.GetPath()) for one in scene_prims(app().stage)):
+            raise ValueError(f"{path} is not a physics scene")
+        if path != cls.get_default_physics_scene():
+            tell_inert("isaacsim.core.simulation_manager.SimulationManager.set_default_physics_scene")
 
     @classmethod
     def _scene(cls, path: str | None) -> Any:

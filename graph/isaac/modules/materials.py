@@ -8,6 +8,7 @@ from graph.isaac.outcomes import tell_inert
 from graph.isaac.results import Result, numbers, result, rows, words
 from graph.sim.scene.nonvisual import PREFIX
 from graph.sim.usd import Sdf, UsdPhysics, UsdShade
+from sensors.inertial import attribute_of
 
 from .objects import define
 from .prim_base import Prim
@@ -193,9 +194,56 @@ class PhysicsMaterial(RigidBodyMaterial):
         self._each("Restitution", restitution)
 
 
-class VolumeDeformableMaterial(RigidBodyMaterial):
+class _DeformableMaterial(RigidBodyMaterial):
+    """Stores the elastic constants by `OmniPhysicsDeformableMaterialAPI`, which the engine reads at play."""
+
+    _poisson: float
+
     def __init__(self, paths: Any, *, youngs_moduli: Any = None, poissons_ratios: Any = None, **rest: Any) -> None:
         super().__init__(paths, **rest)
+        for prim in self.prims:
+            prim.AddAppliedSchema("OmniPhysicsDeformableMaterialAPI")
+        self.set_youngs_moduli(youngs_moduli)
+        self.set_poissons_ratios(poissons_ratios)
+
+    def _store(self, name: str, values: Any, indices: Any = None) -> None:
+        chosen = numbers(indices, len(self))
+        given = rows(values, len(chosen), None, name)
+        for one, value in zip(chosen, () if given is None else given, strict=False):
+            attribute(self.prims[one], f"omniphysics:{name}", "float", float(value))
+
+    def _stored(self, name: str, default: float, indices: Any = None) -> Result:
+        return result(
+            [[attribute_of(self.prims[n], f"omniphysics:{name}", default)] for n in numbers(indices, len(self))]
+        )
+
+    def _each(self, name: str, values: Any, indices: Any = None) -> None:
+        super()._each(name, values, indices)
+        if name in ("Density", "DynamicFriction"):
+            self._store(name[0].lower() + name[1:], values, indices)
+
+    def set_youngs_moduli(self, youngs_moduli: Any, *, indices: Any = None) -> None:
+        self._store("youngsModulus", youngs_moduli, indices)
+
+    def get_youngs_moduli(self, *, indices: Any = None) -> Result:
+        return self._stored("youngsModulus", 5e5, indices)
+
+    def set_poissons_ratios(self, poissons_ratios: Any, *, indices: Any = None) -> None:
+        self._store("poissonsRatio", poissons_ratios, indices)
+
+    def get_poissons_ratios(self, *, indices: Any = None) -> Result:
+        return self._stored("poissonsRatio", self._poisson, indices)
 
 
-SurfaceDeformableMaterial = VolumeDeformableMaterial
+class VolumeDeformableMaterial(_DeformableMaterial):
+    _poisson = 0.45
+
+
+class SurfaceDeformableMaterial(_DeformableMaterial):
+    _poisson = 0.3
+
+    def __init__(self, paths: Any, *, surface_thicknesses: Any = None, **rest: Any) -> None:
+        super().__init__(paths, **rest)
+        for prim in self.prims:
+            prim.AddAppliedSchema("OmniPhysicsSurfaceDeformableMaterialAPI")
+        self._store("surfaceThickness", surface_thicknesses)

@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from graph.isaac.outcomes import inert
 from graph.isaac.results import Result, numbers, result, rows, words
 from graph.sim.usd import Sdf, UsdGeom, UsdPhysics
 
@@ -262,6 +263,7 @@ class GroundPlane(GeomPrim):
     def get_enabled_collisions(self, *, indices: Any = None) -> Result:
         return self.planes.get_enabled_collisions(indices=indices)
 
+    @inert("isaacsim.core.experimental.objects")
     def apply_visual_templates(self, templates: Any, *, indices: Any = None) -> None:
         return None
 

@@ -51,6 +51,7 @@ from graph.isaac.omnigraph.handles import (
     NodeType,
 )
 from graph.isaac.omnigraph.types import AttributeType, Type
+from graph.isaac.outcomes import tell_inert
 from graph.ogn.database import OgnDatabase as Database
 
 __all__ = [
@@ -190,8 +191,9 @@ def get_node_type(node_type_name: str) -> NodeType:
 class Settings:
     """Settings of OmniGraph within a `with` block."""
 
-    def __init__(self, **_: Any) -> None:
-        return None
+    def __init__(self, **named: Any) -> None:
+        for name in named:
+            tell_inert(f"omni.graph.core.Settings: {name}")
 
     @staticmethod
     def temporary(path: str, value: Any = None) -> Any:

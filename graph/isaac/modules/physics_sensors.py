@@ -9,7 +9,7 @@ import numpy as np
 
 from graph.isaac.results import result
 from graph.isaac.session import app
-from graph.sim.physics.protocol import contact_force
+from graph.sim.physics.protocol import contacts_of
 from sensors.inertial import InertialUnit, attribute_of, body_of, widths_of
 
 from .old_prims import SingleXFormPrim
@@ -206,20 +206,39 @@ class ContactSensor(_Reading, SingleXFormPrim):
     def prim(self) -> Any:
         return get_current_stage().GetPrimAtPath(self._path)
 
-    def _force(self) -> float:
+    def _contacts(self) -> tuple[float, list[dict[str, Any]]]:
+        """Size of the total force [N], and each contact within the radius: bodies, place, normal, impulse [N s]."""
         present = app()
         body = body_of(present, self._path)
         if body is None or present.physics is None:
-            return 0.0
+            return 0.0, []
         unit = present.meters_per_unit
         place = present.fabric.world_matrix(self._path)[:3, 3] * unit
         radius = float(attribute_of(self.prim, "radius", -1.0)) * unit
-        force = contact_force(present.physics, body, place, radius)
-        return float(np.linalg.norm(force))
+        held = present.physics.contacts()
+        chosen = contacts_of(held, body, place, radius)
+        total = np.linalg.norm(sum((force for _, force in chosen), np.zeros(3)))
+        step = {"time": float(present.simulation.time), "dt": held.dt}
+        raw = []
+        for row, force in chosen:
+            names = [one or shape for one, shape in zip(held.bodies[row], held.pairs[row], strict=True)]
+            sign = 1.0 if names[1] == body else -1.0
+            raw.append(
+                {
+                    **step,
+                    "body0": body,
+                    "body1": names[0] if names[1] == body else names[1],
+                    "position": held.positions[row] / unit,
+                    "normal": sign * held.normals[row],
+                    "impulse": force * held.dt,
+                }
+            )
+        return float(total), raw
 
     def get_data(self) -> dict[str, Any]:
         low, high = attribute_of(self.prim, "threshold", (0.0, 100000.0))
-        value = min(self._force(), float(high))
+        force, contacts = self._contacts()
+        value = min(force, float(high))
         touching = value > 0 and value >= low
         steps = app().simulation.get_num_physics_steps()
         return {
@@ -228,7 +247,7 @@ class ContactSensor(_Reading, SingleXFormPrim):
             "physics_step": steps,
             "in_contact": touching,
             "force": value if touching else 0.0,
-            "number_of_contacts": int(touching),
+            "number_of_contacts": len(contacts),
         }
 
     def get_sensor_reading(self, *_: Any, **__: Any) -> Any:
@@ -238,7 +257,7 @@ class ContactSensor(_Reading, SingleXFormPrim):
         )
 
     def get_current_frame(self) -> dict[str, Any]:
-        return {**self.get_data(), **({"contacts": []} if self._raw else {})}
+        return {**self.get_data(), **({"contacts": self._contacts()[1]} if self._raw else {})}
 
     def add_raw_contact_data_to_frame(self) -> None:
         self._raw = True
@@ -247,7 +266,14 @@ class ContactSensor(_Reading, SingleXFormPrim):
         self._raw = False
 
 
-class Effort(_Authoring): ...
+class Effort(_Authoring):
+    """An effort sensor is a reading of a joint: nothing is authored for it. Raises ValueError without the joint."""
+
+    def __init__(self, path: Any, **named: Any) -> None:
+        text = path if isinstance(path, str) else path[0]
+        if not get_current_stage().GetPrimAtPath(text):
+            raise ValueError(f"{text} does not exist; give the path of a joint")
+        super().__init__(path, **named)
 
 
 class EffortSensor(_Reading):

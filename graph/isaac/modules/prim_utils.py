@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from graph.isaac.outcomes import inert
 from graph.sim.usd import Sdf, Usd, UsdGeom
 
 from .stage import get_current_stage
@@ -195,6 +196,7 @@ def remove_all_labels(prim: Any, *, remove_taxonomies: bool = False, include_des
                 one.RemoveProperty(name)
 
 
+@inert("isaacsim.core.experimental.utils.prim")
 def upgrade_prim_semantics_to_labels(prim: Any, *, include_descendants: bool = False) -> list[str]:
     return []
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from graph.isaac.outcomes import inert
 from graph.isaac.session import app, app_or_none
 from graph.sim.usd import Sdf, Usd, UsdGeom
 
@@ -234,11 +235,13 @@ def is_prim_hidden_in_stage(prim_path: str) -> bool:
     return bool(get_prim_at_path(prim_path).GetMetadata("hide_in_stage_window"))
 
 
+@inert("isaacsim.core.utils.prims")
 def set_prim_no_delete(prim: Any, no_delete: bool) -> None:
     return None
 
 
-set_prim_hide_in_stage_window = set_prim_no_delete
+@inert("isaacsim.core.utils.prims")
+def set_prim_hide_in_stage_window(prim: Any, hide: bool) -> None: ...
 
 
 def set_prim_visibility(prim: Any, visible: bool) -> None:

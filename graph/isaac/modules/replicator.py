@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import Enum
 from typing import Any
 
-from graph.isaac.outcomes import tell_inert
+from graph.isaac.outcomes import inert, tell_inert
 from graph.isaac.session import RUN, app, kit
 from sensors import replicator as ours
 from sensors.annotators.annotator import Annotator
@@ -199,6 +199,7 @@ class _AttachedWriter:
         while self._held:
             self._held.pop().detach()
 
+    @inert("omni.replicator.core")
     def get_node(self) -> Any:
         return None
 
@@ -314,6 +315,7 @@ class _Orchestrator:
     async def wait_until_complete_async(self) -> None:
         app().deliver_frames()
 
+    @inert("omni.replicator.core")
     def set_capture_on_play(self, value: bool) -> None:
         return None
 
@@ -341,10 +343,13 @@ class settings:  # noqa: N801
         app().settings.set(setting, value)
 
     @staticmethod
+    @inert("omni.replicator.core")
     def set_render_rtx_realtime(*_: Any, **__: Any) -> None:
         return None
 
-    set_render_pathtraced = set_render_rtx_realtime
+    @staticmethod
+    @inert("omni.replicator.core")
+    def set_render_pathtraced(*_: Any, **__: Any) -> None: ...
 
 
 class utils:  # noqa: N801

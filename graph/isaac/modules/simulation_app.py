@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from graph.base.errors import RunError
+from graph.isaac.outcomes import inert
 from graph.isaac.session import RUN, ScriptEnd, warn
 
 __all__ = ["AppFramework", "SimulationApp"]
@@ -114,6 +115,7 @@ class SimulationApp:
 
         get_settings().set(setting, value)
 
+    @inert("isaacsim")
     def reset_render_settings(self) -> None:
         return None
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from graph.isaac.outcomes import inert
 from graph.isaac.session import app, kit
 from graph.sim.usd import UsdGeom
 
@@ -126,5 +127,6 @@ def print_stage_prim_paths(fabric: bool = False) -> None:
         print(prim.GetPath())
 
 
+@inert("isaacsim.core.utils.stage")
 def set_livesync_stage(usd_path: str, enable: bool) -> bool:
     return False

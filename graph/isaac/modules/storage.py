@@ -11,6 +11,7 @@ from typing import Any
 from urllib.parse import urljoin, urlparse
 
 from graph.isaac.assets import UNMAPPED, local_path, root
+from graph.isaac.outcomes import inert
 from graph.isaac.session import warn
 
 __all__ = [
@@ -205,6 +206,7 @@ def combine_urls(base: str, other: str, add_trailing_slash: bool = False) -> str
     return f"{out}/" if add_trailing_slash and not out.endswith("/") else out
 
 
+@inert("omni.client")
 def set_hang_detection_time_ms(ms: int) -> None:
     return None
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from enum import Enum
 from typing import Any
 
+from graph.isaac.outcomes import inert
 from graph.isaac.session import app, kit
 
 __all__ = ["SensorType", "SyntheticData", "_syntheticdata"]
@@ -68,10 +69,12 @@ class SyntheticData:
             controller.create_node(path, "isaacsim.core.nodes.IsaacSimulationGate")
         return path
 
+    @inert("omni.syntheticdata")
     def activate_node_template(self, template_name: str, *_: Any, **__: Any) -> None:
         return None
 
-    deactivate_node_template = activate_node_template
+    @inert("omni.syntheticdata")
+    def deactivate_node_template(self, template_name: str, *_: Any, **__: Any) -> None: ...
 
     def get_node_attributes(
         self, template_name: str, attributes: list[str], render_product_path: str | None = None, gpu: bool = False
@@ -104,5 +107,6 @@ class sensors:  # noqa: N801
         await kit().next_update()
 
     @staticmethod
+    @inert("omni.syntheticdata")
     def enable_sensors(*_: Any, **__: Any) -> None:
         return None

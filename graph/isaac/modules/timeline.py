@@ -6,6 +6,7 @@ from enum import IntEnum
 from typing import Any
 
 from graph.isaac.events import EventStream
+from graph.isaac.outcomes import inert
 from graph.isaac.session import app, kit
 
 __all__ = [
@@ -47,6 +48,7 @@ class Timeline:
     def get_timeline_event_stream_by_type(self, _: Any = None) -> EventStream:
         return kit().timeline_events
 
+    @inert("omni.timeline")
     def get_event_key(self) -> dict[str, Any]:
         return {}
 
@@ -56,12 +58,15 @@ class Timeline:
     def time_code_to_time(self, time_code: float) -> float:
         return time_code / float(app().timeline.get_time_codes_per_second())
 
+    @inert("omni.timeline")
     def set_prerolling(self, _: bool) -> None:
         return None
 
+    @inert("omni.timeline")
     def clear_tentative_time(self) -> None:
         return None
 
+    @inert("omni.timeline")
     def set_tentative_time(self, time_in_seconds: float) -> None:
         return None
 

@@ -9,7 +9,7 @@ from typing import Any
 from graph.base.errors import UserError
 from graph.isaac.assets import local_path, missing
 from graph.isaac.events import EventStream
-from graph.isaac.outcomes import tell_inert
+from graph.isaac.outcomes import inert
 from graph.isaac.session import app, app_or_none, kit
 from graph.sim.scene.assets import stand_in
 from graph.sim.usd import Gf, Sdf, Usd, UsdGeom
@@ -145,6 +145,7 @@ class UsdContext:
     def has_pending_edit(self) -> bool:
         return False
 
+    @inert("omni.usd")
     def set_pending_edit(self, _: bool) -> None:
         return None
 
@@ -171,10 +172,11 @@ class UsdContext:
     def stage_rendering_event_name(self, event: Any, immediate: bool = False) -> str:
         return f"omni.usd:rendering:{StageRenderingEventType(event).name.lower()}"
 
-    def disable_save_to_recent_files(self) -> None:
-        tell_inert("omni.usd.UsdContext.disable_save_to_recent_files")
+    @inert("omni.usd")
+    def disable_save_to_recent_files(self) -> None: ...
 
-    enable_save_to_recent_files = disable_save_to_recent_files
+    @inert("omni.usd")
+    def enable_save_to_recent_files(self) -> None: ...
 
     def compute_path_world_transform(self, path: str) -> list[float]:
         matrix = get_world_transform_matrix(app().stage.GetPrimAtPath(path))
@@ -312,6 +314,7 @@ def duplicate_prim(stage: Any, prim_path: Any, path_to: Any, duplicate_layers: b
     return bool(Sdf.CopySpec(source, Sdf.Path(str(prim_path)), layer, Sdf.Path(str(path_to))))
 
 
+@inert("omni.usd")
 def resolve_paths(src_layer_identifier: str, dst_layer_identifier: str, *_: Any, **__: Any) -> None:
     return None
 

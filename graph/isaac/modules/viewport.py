@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from graph.isaac.outcomes import tell_inert
+from graph.isaac.outcomes import inert, tell_inert
 from graph.isaac.session import app, kit
 from graph.sim.usd import Sdf, UsdGeom
 
@@ -102,6 +102,7 @@ class ViewportAPI:
     def schedule_capture(self, *_: Any, **__: Any) -> None:
         tell_inert("omni.kit.viewport.utility.ViewportAPI.schedule_capture")
 
+    @inert("omni.kit.viewport.utility")
     def destroy(self) -> None:
         return None
 
@@ -216,6 +217,7 @@ def get_window_from_id(id: Any, *_: Any) -> Any:
     return get_active_viewport()
 
 
+@inert("omni.kit.viewport.utility")
 def destroy_all_viewports(*_: Any, **__: Any) -> None:
     return None
 
@@ -262,6 +264,7 @@ class ViewportManager:
         return ViewportAPI(str(title or "Viewport 2"), path, resolution)
 
     @classmethod
+    @inert("isaacsim.core.rendering_manager")
     def destroy_viewport_windows(cls, *, include: Any = None, exclude: Any = None) -> list[str]:
         return []
 

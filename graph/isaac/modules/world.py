@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from graph.isaac.outcomes import tell_inert
+from graph.isaac.outcomes import inert, refused, tell_inert
 from graph.isaac.session import app, kit, warn
 from graph.sim.usd import UsdGeom, UsdPhysics
 
@@ -327,9 +327,11 @@ class SimulationContext:
     def get_block_on_render(self) -> bool:
         return True
 
+    @inert("isaacsim.core.api")
     def set_block_on_render(self, block: bool) -> None:
         return None
 
+    @inert("isaacsim.core.api")
     def skip_next_stage_open_callback(self) -> None:
         return None
 
@@ -400,10 +402,12 @@ class Scene:
         box = compute_aabb(self._objects[name].prim_path)
         return box[:3], box[3:]
 
+    @inert("isaacsim.core.api")
     def enable_bounding_boxes_computations(self) -> None:
         return None
 
-    disable_bounding_boxes_computations = enable_bounding_boxes_computations
+    @inert("isaacsim.core.api")
+    def disable_bounding_boxes_computations(self) -> None: ...
 
     def post_reset(self) -> None:
         for one in self._objects.values():
@@ -622,7 +626,6 @@ class BaseTask:
         raise NotImplementedError
 
 
-class FollowTarget(BaseTask): ...
-
-
-class PickPlace(BaseTask): ...
+_ROBOT_TASK = "its robot and controllers are not here; write the task as a subclass of BaseTask"
+FollowTarget = refused("isaacsim.core.api.tasks.FollowTarget", _ROBOT_TASK)
+PickPlace = refused("isaacsim.core.api.tasks.PickPlace", _ROBOT_TASK)

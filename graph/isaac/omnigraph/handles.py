@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
+from weakref import WeakKeyDictionary
 
 from graph.editing.graph_set import GraphSet
 from graph.evaluate import Graph as OurGraph
@@ -12,10 +13,13 @@ from graph.evaluate.omnigraph_names import AttributeOf
 from graph.evaluate.omnigraph_names import Variable as OurVariable
 from graph.isaac.events import EventStream
 from graph.isaac.og import Compound, Controller, OmniGraphError
+from graph.isaac.outcomes import inert, tell_inert
 from graph.isaac.session import mirror
 from graph.values.types import TYPES, Extended
 
 from .enums import (
+    ACCORDING_TO_CONTEXT_GRAPH_INDEX,
+    AUTHORING_GRAPH_INDEX,
     AttributePortType,
     ExtendedAttributeType,
     GraphBackingType,
@@ -36,8 +40,11 @@ MODES = {
     GraphEvaluationMode.GRAPH_EVALUATION_MODE_STANDALONE: "standalone",
     GraphEvaluationMode.GRAPH_EVALUATION_MODE_INSTANCED: "instanced",
 }
+COMPOUND = "omni.graph.nodes.CompoundSubgraph"
 _PORTS = {"inputs": AttributePortType.INPUT, "outputs": AttributePortType.OUTPUT, "state": AttributePortType.STATE}
 _CALLBACKS: dict[tuple[int, str], Callable[[Any], None]] = {}
+_METADATA: WeakKeyDictionary[GraphSet, dict[str, dict[str, str]]] = WeakKeyDictionary()
+"""What scripts have set on attributes, by the attribute's path."""
 
 
 class Handle:
@@ -166,13 +173,18 @@ class Graph(Handle):
         return len(self.ours.instances)
 
     def get_parent_graph(self) -> Graph | None:
-        return None
+        parent = self.path.rpartition("/")[0]
+        while parent and self._graphs.latest(parent) is None:
+            parent = parent.rpartition("/")[0]
+        return Graph(self._graphs, parent) if parent else None
 
     def get_subgraphs(self) -> list[Graph]:
-        return []
+        below = [path for path in self._graphs.graphs if path.startswith(f"{self.path}/")]
+        return [one for path in below if (one := Graph(self._graphs, path)).get_parent_graph() == self]
 
     def get_subgraph(self, path: str) -> Graph | None:
-        return None
+        full = path if str(path).startswith("/") else f"{self.path}/{path}"
+        return next((one for one in self.get_subgraphs() if one.path == full), None)
 
     def create_subgraph(self, subgraphPath: str, evaluator: str = "", createUsd: bool = True) -> Graph:
         path = subgraphPath if str(subgraphPath).startswith("/") else f"{self.path}/{subgraphPath}"
@@ -184,21 +196,27 @@ class Graph(Handle):
         return Node(self._graphs, "")
 
     def is_compound_graph(self) -> bool:
-        return False
+        owner = Node(self._graphs, self.path.removesuffix("/Subgraph"))
+        return owner.path != self.path and owner.is_valid() and owner.is_compound_node()
 
+    @inert("omni.graph.core")
     def get_event_stream(self) -> EventStream:
         return EventStream()
 
+    @inert("omni.graph.core")
     def register_error_status_change_callback(self, callback: Any) -> int:
         return 0
 
-    def deregister_error_status_change_callback(self, status_change_handle: int) -> None:
-        return None
+    @inert("omni.graph.core")
+    def deregister_error_status_change_callback(self, status_change_handle: int) -> None: ...
 
     def reload_from_stage(self) -> None:
-        return None
+        """Applies at once what was changed on the graph's prims."""
+        if (prims := mirror()) is not None:
+            prims.sync()
 
-    reload_settings = reload_from_stage
+    @inert("omni.graph.core")
+    def reload_settings(self) -> None: ...
 
 
 class Node(Handle):
@@ -220,7 +238,7 @@ class Node(Handle):
         return self.path
 
     def get_type_name(self) -> str:
-        return "omni.graph.nodes.CompoundSubgraph" if self.is_compound_node() else str(self.ours.type.id)
+        return COMPOUND if self.is_compound_node() else str(self.ours.type.id)
 
     def get_node_type(self) -> NodeType:
         return NodeType(self.get_type_name())
@@ -284,6 +302,7 @@ class Node(Handle):
     def node_id(self) -> int:
         return self.get_handle()
 
+    @inert("omni.graph.core")
     def get_event_stream(self) -> EventStream:
         return EventStream()
 
@@ -296,6 +315,7 @@ class Node(Handle):
             if one.where == self.path and (one.code == "compute-failed") == (int(severity) == 2)
         ]
 
+    @inert("omni.graph.core")
     def clear_old_compute_messages(self) -> int:
         return 0
 
@@ -303,24 +323,30 @@ class Node(Handle):
         self._graphs.context.warn("compute-message", self.path, message)
         return True
 
-    def set_compute_incomplete(self) -> None:
-        return None
+    @inert("omni.graph.core")
+    def set_compute_incomplete(self) -> None: ...
 
+    @inert("omni.graph.core")
     def resolve_coupled_attributes(self, attributesArray: Any) -> bool:
         return True
 
+    @inert("omni.graph.core")
     def resolve_partially_coupled_attributes(self, *_: Any) -> bool:
         return True
 
+    @inert("omni.graph.core")
     def register_on_connected_callback(self, callback: Any) -> int:
         return 0
 
-    register_on_disconnected_callback = register_on_connected_callback
+    @inert("omni.graph.core")
+    def register_on_disconnected_callback(self, callback: Any) -> int:
+        return 0
 
-    def deregister_on_connected_callback(self, callback: int) -> None:
-        return None
+    @inert("omni.graph.core")
+    def deregister_on_connected_callback(self, callback: int) -> None: ...
 
-    deregister_on_disconnected_callback = deregister_on_connected_callback
+    @inert("omni.graph.core")
+    def deregister_on_disconnected_callback(self, callback: int) -> None: ...
 
 
 class Attribute(Handle):
@@ -348,17 +374,37 @@ class Attribute(Handle):
             return _attribute(self._node.ours, self.full_name) is not None
         return False
 
-    def get(self, on_gpu: bool = False, instance: int = 0) -> Any:
-        return self._edit.get(self.path)
+    def get(self, on_gpu: bool = False, instance: int = ACCORDING_TO_CONTEXT_GRAPH_INDEX) -> Any:
+        if on_gpu:
+            tell_inert("omni.graph.core: on_gpu", "values are in the memory of the CPU; the argument changes nothing")
+        found = self._of_instance(instance)
+        return self._edit.get(self.path) if found is None else found.get()
+
+    def _of_instance(self, instance: int) -> AttributeOf | None:
+        """The attribute in the instance with that number; None for the graph itself."""
+        held = list(self._node.ours.graph.instances.values())
+        if instance in (ACCORDING_TO_CONTEXT_GRAPH_INDEX, AUTHORING_GRAPH_INDEX) or (instance == 0 and not held):
+            return None
+        if not 0 <= instance < len(held):
+            raise OmniGraphError(f"{self.path}: there is no instance {instance}; the graph has {len(held)}")
+        return AttributeOf(held[instance].nodes[self._node.ours.name], self.full_name)
 
     def get_array(
         self, on_gpu: bool = False, get_for_write: bool = False, reserved_element_count: int = 0, *_: Any
     ) -> Any:
-        return self.get()
+        return self.get(on_gpu, *_[:1])
 
-    def set(self, value: Any, on_gpu: bool = False, instance: int = 0) -> bool:
-        from .editing import set_value
+    def set(self, value: Any, on_gpu: bool = False, instance: int = ACCORDING_TO_CONTEXT_GRAPH_INDEX) -> bool:
+        from .editing import plain, set_value
 
+        if on_gpu:
+            tell_inert("omni.graph.core: on_gpu", "values are in the memory of the CPU; the argument changes nothing")
+        if (found := self._of_instance(instance)) is not None:
+            try:
+                found.set(plain(value))
+            except ValueError as error:
+                raise OmniGraphError(str(error)) from None
+            return True
         set_value(self, value)
         if not self.full_name.startswith("outputs:") and (prims := mirror()) is not None:
             ours = self.ours
@@ -366,7 +412,7 @@ class Attribute(Handle):
         return True
 
     def set_default(self, value: Any, on_gpu: bool = False) -> bool:
-        return self.set(value)
+        return self.set(value, on_gpu)
 
     def get_name(self) -> str:
         return self.full_name
@@ -384,7 +430,9 @@ class Attribute(Handle):
         return type_of(TYPES.get(self.ours.get_type_name()))
 
     def set_resolved_type(self, resolved_type: Type) -> None:
-        return None
+        """Connections and values resolve types here; asking for another type does nothing."""
+        if resolved_type != self.get_resolved_type():
+            tell_inert("omni.graph.core.Attribute.set_resolved_type")
 
     def get_type_name(self) -> str:
         return self.ours.get_type_name()
@@ -414,9 +462,12 @@ class Attribute(Handle):
         return ours.full_name in ours.node.added
 
     def is_deprecated(self) -> bool:
-        return False
+        return bool(self.deprecation_message())
 
     def deprecation_message(self) -> str:
+        ours = self.ours
+        with suppress(KeyError):
+            return str(ours.node.attribute(ours.full_name).deprecated)
         return ""
 
     def get_metadata(self, key: str) -> str | None:
@@ -424,12 +475,14 @@ class Attribute(Handle):
 
     def get_all_metadata(self) -> dict[str, str]:
         ours = self.ours
+        stored = _METADATA.get(self._graphs, {}).get(self.path, {})
         with suppress(KeyError):
-            return {"__description": ours.node.attribute(ours.full_name).doc}
-        return {}
+            return {"__description": ours.node.attribute(ours.full_name).doc, **stored}
+        return dict(stored)
 
     def set_metadata(self, key: str, value: str) -> bool:
-        return False
+        _METADATA.setdefault(self._graphs, {}).setdefault(self.path, {})[str(key)] = str(value)
+        return True
 
     def connect(self, path: Any, modify_usd: bool = True) -> bool:
         self._edit.connect(self.path, getattr(path, "path", path))
@@ -479,8 +532,8 @@ class Attribute(Handle):
         else:
             _CALLBACKS[key] = func
 
-    def get_attribute_data(self, instance: int = 0) -> AttributeData:
-        return AttributeData(self)
+    def get_attribute_data(self, instance: int = ACCORDING_TO_CONTEXT_GRAPH_INDEX) -> AttributeData:
+        return AttributeData(self, instance)
 
     @staticmethod
     def get_port_type_from_name(name: str) -> AttributePortType:
@@ -499,14 +552,14 @@ class Attribute(Handle):
 class AttributeData:
     """The value of an attribute."""
 
-    def __init__(self, attribute: Attribute) -> None:
-        self._attribute = attribute
+    def __init__(self, attribute: Attribute, instance: int) -> None:
+        self._attribute, self._instance = attribute, instance
 
-    def get(self, *_: Any, **__: Any) -> Any:
-        return self._attribute.get()
+    def get(self, on_gpu: bool = False, *_: Any, **__: Any) -> Any:
+        return self._attribute.get(on_gpu, self._instance)
 
-    def set(self, value: Any, *_: Any, **__: Any) -> bool:
-        return self._attribute.set(value)
+    def set(self, value: Any, on_gpu: bool = False, *_: Any, **__: Any) -> bool:
+        return self._attribute.set(value, on_gpu, self._instance)
 
     def get_type(self) -> Type:
         return self._attribute.get_resolved_type()
@@ -580,7 +633,15 @@ class IVariable:
         return True
 
     def set_type(self, variable_type: Any) -> bool:
-        return False
+        """Gives it another type and that type's zero; False if a node uses it."""
+        from .editing import kind_name, remove_variable
+
+        if kind_name(variable_type) == str(self._graph.ours.variables.types[self.name]):
+            return True
+        if not remove_variable(self._graph._graphs, self._graph.path, self.name):
+            return False
+        self._graph._edit.create_variable(self._graph.ours, self.name, kind_name(variable_type))
+        return True
 
 
 class GraphContext:
@@ -645,6 +706,7 @@ class NodeType:
     def get_metadata(self, key: str) -> str | None:
         return self.get_all_metadata().get(key)
 
+    @inert("omni.graph.core")
     def get_all_categories(self) -> list[str]:
         return []
 
@@ -654,7 +716,7 @@ class NodeType:
         return self.is_valid() and bool(DEFAULT.get(self.id).state)
 
     def is_compound_node_type(self) -> bool:
-        return False
+        return self.id == COMPOUND
 
 
 def _attribute(ours: Any, name: str) -> AttributeOf | None:

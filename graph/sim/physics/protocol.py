@@ -371,11 +371,16 @@ def contact_force(engine: PhysicsEngine, body: str, near: Any = None, radius: fl
 
     With a radius [m], only of contacts closer to `near` (3,). Contacts between colliders of the same body do not count.
     """
-    contacts, total = engine.contacts(), np.zeros(3)
+    return sum((force for _, force in contacts_of(engine.contacts(), body, near, radius)), np.zeros(3))
+
+
+def contacts_of(contacts: Contacts, body: str, near: Any = None, radius: float = 0.0) -> list[tuple[int, Floats]]:
+    """The rows of the contacts that `contact_force` counts, and the force (3,) of each on the body [N]."""
+    found = []
     for row, (first, second) in enumerate(contacts.bodies):
         if first == second or body not in (first, second):
             continue
         if near is not None and radius > 0 and np.linalg.norm(contacts.positions[row] - near) >= radius:
             continue
-        total += contacts.forces[row] if second == body else -contacts.forces[row]
-    return total
+        found.append((row, contacts.forces[row] if second == body else -contacts.forces[row]))
+    return found
