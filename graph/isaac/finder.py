@@ -128,7 +128,9 @@ def importable() -> Iterator[None]:
                     if sys.modules.get(name) is module:
                         del sys.modules[name]
                         _unbind(name, module)
-                    if name.startswith("rclpy") or not names_of(name).known:  # of ROS 2: only for runs that ask for it
+                    names = names_of(name)
+                    # Those of ROS 2 are only for runs that ask for them; old names are said in each run.
+                    if name.startswith("rclpy") or not names.known or names.instead:
                         del _ours[name]
 
 
