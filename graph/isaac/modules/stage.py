@@ -97,7 +97,7 @@ def refer(prim: Any, address: str) -> bool:
     file = local_path(address)
     if file is None and (found := stand_in(str(address))) is not None:
         code, message = found.note()
-        warn(code, str(prim.GetPath()), f"{address}: {message}")
+        warn(code, str(address), message)  # once for all prims that refer to it
         prim.GetReferences().AddReference(found.layer.identifier)
         return True
     if file is None:

@@ -179,3 +179,19 @@ app.close()
     code, _, err = run_script(text, "--strict")
     assert code == 1
     assert "strict: sensor /World/lidar rendered" in err
+
+
+def test_stand_ins_for_assets_are_said_once_each(printed):
+    lines, err = printed(f"""{APP}
+from isaacsim.core.utils.stage import add_reference_to_stage
+from isaacsim.storage.native import get_assets_root_path
+for prim, asset in (
+    ("/A", "Robots/FrankaRobotics/FrankaPanda/franka.usd"), ("/B", "Robots/FrankaRobotics/FrankaPanda/franka.usd"),
+    ("/C", "Robots/NVIDIA/Jetbot/jetbot.usd"), ("/D", "Environments/Grid/default_environment.usd"),
+):
+    print(len(add_reference_to_stage(f"{{get_assets_root_path()}}/Isaac/{{asset}}", prim).GetChildren()) > 0)
+app.close()
+""")
+    assert lines == ["True"] * 4
+    told = [one for one in err.splitlines() if one.startswith("warning asset-stand-in")]
+    assert [one.count("its 9 joints") for one in told] == [1, 0, 0]
