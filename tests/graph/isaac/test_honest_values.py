@@ -1,6 +1,13 @@
 """Values that scripts read are real: contacts, moduli, metadata, types, instances; what has no effect says so."""
 
+from dataclasses import replace
+from importlib import import_module
+
 import pytest
+
+import graph.isaac
+from graph.session.runner import graphs_of
+from graph.sim import App
 
 APP = "from isaacsim import SimulationApp\napp = SimulationApp({'headless': True})\n"
 GRAPH = (
@@ -195,3 +202,21 @@ app.close()
     assert lines == ["True"] * 4
     told = [one for one in err.splitlines() if one.startswith("warning asset-stand-in")]
     assert [one.count("its 9 joints") for one in told] == [1, 0, 0]
+
+
+def test_values_of_an_instance_are_its_own():
+    with graph.isaac.importable(), App() as app:
+        og = import_module("omni.graph.core")
+
+        keys = og.Controller.Keys
+        made, nodes, _, _ = og.Controller.edit("/G", {keys.CREATE_NODES: [("c", "omni.graph.nodes.ConstantInt")]})
+        for path in ("/P", "/Q"):
+            app.stage.DefinePrim(path)
+        graphs = graphs_of(app)
+        graphs.apply([replace(graphs.current_spec("/G"), instances={"/P": {}, "/Q": {}})], {})
+        value = nodes[0].get_attribute("inputs:value")
+        value.set(3)
+        value.set(5, instance=1)
+        assert made.get_instance_count() == 2
+        assert [value.get(), value.get(instance=0), value.get(instance=1)] == [3, 3, 5]
+        assert value.get_attribute_data(1).get() == 5
