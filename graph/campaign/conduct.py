@@ -106,7 +106,7 @@ def conduct(
     state = State(len(numbers))
     earlier = {number: folder.result(campaign.name_of(number)) for number in numbers}
     tried = {number: result["attempts"] if result else 0 for number, result in earlier.items()}
-    queue = deque(number for number in numbers if _is_due(earlier[number], limits))
+    queue = deque(number for number in numbers if is_due(earlier[number], limits))
     state.kept = state.done = len(numbers) - len(queue)
     state.failed = sum(result is not None and result["status"] != OK for result in earlier.values()) - sum(
         earlier[number] is not None for number in queue
@@ -179,7 +179,7 @@ def _end(executor: Executor, parts: dict[int, Path], folder: Folder) -> None:
         folder.drop(part)
 
 
-def _is_due(result: Result | None, limits: Limits) -> bool:
+def is_due(result: Result | None, limits: Limits) -> bool:
     """Whether a run is still to be made: it has not finished, or failed and has a retry left."""
     if result is None:
         return True

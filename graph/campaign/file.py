@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -19,13 +19,15 @@ from graph.files.tree import Map, offset, value_at
 from graph.session.varied import Varied, read_varied, word_of
 
 from .measuring import parsed
-from .points import check_key, read_table
+from .points import FILE, JOIN, check_key, check_value, read_table
 
 FIRST = "campaign"
 VERSION = 1
 
 
 def _key(name: str) -> str:
+    if FILE in name.split(JOIN):
+        raise Refused("graph files are named under files")
     try:
         check_key(name)
     except ValueError as error:
@@ -89,6 +91,12 @@ class Asked:
     """Other files that decide about the points."""
 
 
+def campaign_schema() -> dict[str, Any]:
+    """The JSON Schema (draft 2020-12) of campaign files, for editors."""
+    about = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "TickGraph campaign file"}
+    return {**about, **CampaignFile.schema()}
+
+
 def is_campaign(path: Path) -> bool:
     """Whether a file says that it is a campaign."""
     if is_usd(str(path)) or path.suffix.lower() not in (".yaml", ".yml"):
@@ -99,8 +107,11 @@ def is_campaign(path: Path) -> bool:
         return False
 
 
-def read_campaign(path: Path) -> Asked:
-    """What a campaign file asks for. Raises UserError with every mistake, at its line and column."""
+def read_campaign(path: Path, allow: Sequence[Path] = ()) -> Asked:
+    """What a campaign file asks for; it names files below its folder and those allowed.
+
+    Raises UserError with every mistake, at its line and column.
+    """
     from graph.files.yaml_text import parse
 
     source = read_source(path, str(path))
@@ -123,7 +134,7 @@ def read_campaign(path: Path) -> Asked:
         wrong(("files",), "files is empty; name a graph file")
     for index, name in enumerate(form.files):
         try:
-            paths.confined(name, folder)
+            paths.confined(name, folder, allow)
             files.append(str(path.parent / name))
         except ValueError as error:
             wrong(("files", index), f"files: {error}")
@@ -132,17 +143,27 @@ def read_campaign(path: Path) -> Asked:
         try:
             texts = [word_of(one) for one in value] if isinstance(value, list) else None
             found = Varied(key, tuple(texts)) if texts else read_varied(key, word_of(value), form.vary_seed)
+            for text in found.values:
+                check_value(key, text)
             varied.append(found)
         except ValueError as error:
             wrong(("vary", key), f"vary: {key}: {error}")
         if key in form.fixed:
             wrong(("fixed", key), f"fixed: {key} is varied too; leave it out of one of them")
+    for key, value in form.fixed.items():
+        try:
+            check_value(key, word_of(value))
+        except ValueError as error:
+            wrong(("fixed", key), f"fixed: {key}: {error}")
     rows, read = [], [path]
     if form.points is not None:
         try:
-            table = paths.confined(form.points, folder)
+            table = paths.confined(form.points, folder, allow)
             rows = read_table(path.parent / form.points)
             read.append(table)
+            for key in dict.fromkeys(key for row in rows for key in row if key in form.vary or key == FILE):
+                given = "files" if key == FILE else "vary"
+                wrong(("points",), f"points: its column {key} is given under {given} too; leave it out of one of them")
         except ValueError as error:
             wrong(("points",), f"points: {error}")
         except UserError as error:

@@ -29,13 +29,15 @@ def points_of(
 ) -> list[dict[str, str]]:
     """Every point, in order: files, then rows of the table, then combinations of values, the last key fastest.
 
-    A key of the fixed values has one value in every point, unless a row has another. Raises OverLimit for too many.
+    Rows that name their own file are not combined with others. A key of the fixed values has one value in every point,
+    unless a row has another. Raises OverLimit for too many.
     """
     grid = [one for one in varied if not one.draw]
-    number = len(files) * max(1, len(rows)) * math.prod(len(one.values) for one in grid)
+    begun = [(row[FILE], row) for row in rows] if rows and FILE in rows[0] else [*product(files, rows or [{}])]
+    number = len(begun) * math.prod(len(one.values) for one in grid)
     check("campaign.runs", number, f"a campaign of {number:,} runs")
     found: list[dict[str, str]] = []
-    for file, row in product(files, rows or [{}]):
+    for file, row in begun:
         for values in product(*(one.values for one in grid)):
             chosen = dict(zip((one.name for one in grid), values, strict=True))
             at = len(found)
@@ -80,6 +82,18 @@ def check_key(key: str) -> None:
         raise ValueError(f'"{one}" is nothing that a run can set{near or f"{forms}, scene.KEY or a setting"}')
 
 
+def check_value(key: str, value: str) -> None:
+    """Raises ValueError for a value that a fidelity knob, `seed` or `updates` cannot have."""
+    for one in key.split(JOIN):
+        if one in KNOBS:
+            KNOBS[one].checked(value)
+        elif one in ("seed", "updates"):
+            try:
+                int(value)
+            except ValueError:
+                raise ValueError(f"{value} is not a whole number") from None
+
+
 def read_table(path: Any) -> list[dict[str, str]]:
     """The points of a CSV file: a row each, a column for each key; an empty cell sets nothing.
 
@@ -104,6 +118,8 @@ def read_table(path: Any) -> list[dict[str, str]]:
                 if len(cells) != len(keys):
                     wrong = f"{len(cells)} cells, but there are {len(keys)} keys in the first line"
                     problems.append(Problem(wrong, Mark(str(path), where, 1)))
+                if FILE in keys and not dict(zip(keys, cells, strict=False)).get(FILE):
+                    problems.append(Problem("the cell of file is empty; name a graph file", Mark(str(path), where, 1)))
                 rows.append({key: cell for key, cell in zip(keys, cells, strict=False) if cell})
     except csv.Error as error:
         problems.append(Problem(f"this is not CSV: {error}", Mark(str(path), lines.line_num, 1)))

@@ -1,4 +1,4 @@
-"""`graph check`: validates graph and test files without running them; every problem of every file is one line."""
+"""`graph check`: validates graph, test and campaign files without running them; every problem is one line."""
 
 from __future__ import annotations
 
@@ -33,15 +33,19 @@ class Checked:
     notes: tuple[Note, ...] = ()
     cases: int | None = None
     """The number of cases, if it is a test file."""
+    runs: int | None = None
+    """The number of runs, if it is a campaign file."""
     prims: int = 0
     """The number of inline prims; with a scene, of all its prims except graphs and nodes."""
     findings: tuple[Finding, ...] = ()
     """What breaks a rule of the target; their notes are among `notes`."""
 
     def counts(self) -> dict[str, int]:
-        """The numbers of graphs, nodes, connections and prims, or of cases in a test file."""
+        """The numbers of graphs, nodes, connections and prims; of cases or runs in a file of these."""
         if self.cases is not None:
             return {"cases": self.cases}
+        if self.runs is not None:
+            return {"runs": self.runs}
         if _is_script(self.file):
             return {"findings": len(self.findings)}
         graphs = self.spec.graphs if self.spec else ()
@@ -80,7 +84,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "files",
         metavar="FILE",
         nargs="+",
-        help="graph file (.yaml, .json or .usda), *.test.yaml, or with --target a Python script, which is only read",
+        help="graph file (.yaml, .json or .usda), *.test.yaml or campaign file; with --target also a Python script, "
+        "which is only read",
     )
     parser.add_argument(
         "--target", choices=TARGETS, help="also tell what would fail or differ in that product, though not here"
@@ -156,11 +161,14 @@ def check(
     target: a product whose known faults are looked for too.
     """
     # The engine, the world and the nodes are imported only here: `graph check --help` does not need them.
+    from graph.campaign.file import is_campaign
     from graph.session.open import build_parts
     from graph.testing.names import is_test_file
 
     if is_test_file(Path(file)):
         return _check_tests(file, allow)
+    if is_campaign(Path(file)):
+        return _check_campaign(file, allow, skip_outside=skip_outside, skip_unknown=skip_unknown, target=target)
     if _is_script(file):
         return _check_script(file, target)
     parts = build_parts(
@@ -253,3 +261,28 @@ def _check_tests(file: str, allow: Sequence[Path]) -> Checked:
     return Checked(
         file, None, tuple(sorted(problems, key=lambda one: one.mark or Mark("", 0, 0))), (), len(tests.cases)
     )
+
+
+def _check_campaign(file: str, allow: Sequence[Path], **options: Any) -> Checked:
+    """A campaign file, and each of its graph files with the values of its first run."""
+    from itertools import pairwise
+
+    from graph.campaign.file import read_campaign
+    from graph.campaign.points import FILE, arguments_of, points_of
+
+    from .main import split_settings
+
+    try:
+        asked = read_campaign(Path(file), allow)
+        points = points_of(asked.files, asked.varied, asked.rows, asked.fixed, asked.seed)
+    except UserError as error:
+        return Checked(file, None, tuple(error.problems))
+    problems: list[Problem] = []
+    notes: list[Note] = []
+    for point in {point[FILE]: point for point in reversed(points)}.values():
+        rest, settings = split_settings(arguments_of(point, ()))
+        overrides = dict(text.partition("=")[::2] for flag, text in pairwise(rest) if flag == "--set")
+        one = check(point[FILE], allow=allow, settings=settings, overrides=overrides, **options)
+        problems += one.problems
+        notes += one.notes
+    return Checked(file, None, tuple(problems), tuple(dict.fromkeys(notes)), runs=len(points))

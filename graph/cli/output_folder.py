@@ -22,10 +22,11 @@ from .report import REPORT, write_report
 
 
 @contextmanager
-def locked(folder: Path, advice: str) -> Iterator[None]:
+def locked(folder: Path, advice: str, *, shared: bool = False) -> Iterator[None]:
     """Locks a folder for this process, without a lock file. Raises UserError, with `advice`, if another run holds it.
 
-    On systems or file systems without such locks, nothing is locked.
+    shared: others may hold it in the same way at the same time. On systems or file systems without such locks, nothing
+    is locked.
     """
     try:
         import fcntl
@@ -38,7 +39,7 @@ def locked(folder: Path, advice: str) -> Iterator[None]:
         raise UserError(f"{folder}: {error.strerror}; name a folder that can be read") from None
     try:
         try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(handle, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
         except BlockingIOError:
             raise UserError(f"{folder}: another run is recording into this folder; {advice}") from None
         except OSError:  # a network file system without locks

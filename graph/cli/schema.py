@@ -1,4 +1,4 @@
-"""`graph schema`: prints the JSON Schema of graph files, or of test files, for editors."""
+"""`graph schema`: prints the JSON Schema of graph, test or campaign files, for editors."""
 
 from __future__ import annotations
 
@@ -11,12 +11,19 @@ from .printing import say_json
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's options."""
-    parser.add_argument("--tests", action="store_true", help="the schema of test files (*.test.yaml) instead")
+    kind = parser.add_mutually_exclusive_group()
+    kind.add_argument("--tests", action="store_true", help="the schema of test files (*.test.yaml) instead")
+    kind.add_argument("--campaign", action="store_true", help="the schema of campaign files of graph sweep instead")
     add_nodes(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command."""
+    if args.campaign:
+        from graph.campaign.file import campaign_schema
+
+        say_json(campaign_schema())
+        return 0
     from graph.files import json_schema
     from graph.node import registry
     from graph.sim.fidelity import KNOBS

@@ -64,7 +64,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--resume", action="store_true", help="go on with the campaign of DIR: run what is missing")
     parser.add_argument("--plan", action="store_true", help="write the campaign into DIR and run nothing: for --index")
-    parser.add_argument("--missing", action="store_true", help="print the runs of DIR that are missing, such as 0-3,7")
+    parser.add_argument("--missing", action="store_true", help="print the runs of DIR that are missing, such as 0-3,7; "
+                        "with --retries also failed ones")  # fmt: skip
     parser.add_argument("--index", type=int, metavar="N", help="run number N of the campaign of DIR, and no other: for "
                         "the array jobs of a batch system; the table is written by --resume")  # fmt: skip
     parser.add_argument("--report", action="store_true", help="draw the table: DIR/campaign.html; with --out alone, of "
@@ -96,8 +97,8 @@ def run(args: argparse.Namespace) -> int:
     if args.missing or args.index is not None:
         if earlier is None:
             raise UserError(f"there is no campaign in {args.out}; begin it with --plan")
-        return _missing(earlier, folder) if args.missing else _one(args, earlier, folder)
-    if not args.files and not args.resume:
+        return _missing(args, earlier, folder) if args.missing else _one(args, earlier, folder)
+    if not args.files and not args.resume and args.points is None:
         return _report_alone(args, folder, earlier)
     limits = _limits(args)
     campaign = _campaign(args, earlier)
@@ -205,21 +206,28 @@ def _campaign(args: argparse.Namespace, earlier: Campaign | None) -> Campaign:
     """The campaign of the command line, or of the folder. Raises UserError if they differ."""
     from graph.campaign.specification import difference
 
-    if earlier is None and args.resume and not args.files:
+    if earlier is None and args.resume and not args.files and args.points is None:
         raise UserError(f"--resume: there is no campaign in {args.out}")
     if earlier is not None and not args.resume:
         raise UserError(f"--out {args.out} holds a campaign; go on with it by --resume, or name another folder")
-    if earlier is not None and not args.files:
-        from graph.campaign.specification import hashes_of
-
-        changed = [file for file, known in hashes_of([*earlier.hashes]).items() if earlier.hashes[file] != known]
-        if changed:
-            raise UserError(f"--resume: {', '.join(changed)} has changed since the campaign began; begin another")
+    if earlier is not None and not args.files and args.points is None:
+        _check_unchanged(earlier)
         return earlier
     campaign = new_campaign(args)
     if earlier is not None and (changed_by := difference(earlier, campaign)):
         raise UserError(f"--resume: this is not the campaign of {args.out}: {changed_by}; begin another elsewhere")
     return campaign
+
+
+def _check_unchanged(campaign: Campaign) -> None:
+    """Raises UserError if a file of a campaign is another by now, or is not seen from here."""
+    from graph.campaign.specification import hashes_of
+
+    if absent := [file for file in campaign.hashes if not Path(file).is_file()]:
+        raise UserError(f"{', '.join(absent)}: no such file; start the command where the campaign began")
+    changed = [file for file, known in hashes_of([*campaign.hashes]).items() if campaign.hashes[file] != known]
+    if changed:
+        raise UserError(f"{', '.join(changed)} has changed since the campaign began; begin another")
 
 
 # -- running -----------------------------------------------------------------------------------------------------------
@@ -299,9 +307,12 @@ def _progress(args: argparse.Namespace, campaign: Campaign) -> Iterator[Callable
         yield show
 
 
-def _missing(campaign: Campaign, folder: Folder) -> int:
-    """Prints the numbers of the runs that are missing, as an array job takes them."""
-    missing = [one for one in range(len(campaign.points)) if folder.result(campaign.name_of(one)) is None]
+def _missing(args: argparse.Namespace, campaign: Campaign, folder: Folder) -> int:
+    """Prints the numbers of the runs that are missing, as an array job takes them; with --retries also failed ones."""
+    from graph.campaign.conduct import is_due
+
+    limits, numbers = _limits(args), range(len(campaign.points))
+    missing = [one for one in numbers if is_due(folder.result(campaign.name_of(one)), limits)]
     spans: list[list[int]] = []
     for number in missing:
         if spans and number == spans[-1][1] + 1:
@@ -313,18 +324,25 @@ def _missing(campaign: Campaign, folder: Folder) -> int:
 
 
 def _one(args: argparse.Namespace, campaign: Campaign, folder: Folder) -> int:
-    """One run of a campaign that others make at the same time: no lock is held, and no table written."""
-    from graph.campaign.conduct import OK, conduct
+    """One run of a campaign that others make at the same time: they share its lock, and no table is written."""
+    from graph.campaign.conduct import OK, conduct, is_due
     from graph.campaign.launcher import Launcher
+
+    from .output_folder import locked
 
     if not 0 <= args.index < len(campaign.points):
         raise UserError(f"--index {args.index}: the campaign has the runs 0 to {len(campaign.points) - 1}")
-    with between_updates() as received, Launcher() as launcher:
-        conduct(campaign, folder, launcher, _limits(args), only=[args.index], interrupted=lambda: bool(received))
-    result = folder.result(campaign.name_of(args.index))
-    if result is None:
-        return SOME_FAILED
-    say(f"run {campaign.name_of(args.index)} {result['status']}{result['why'] and ': ' + result['why']}")
+    limits, name = _limits(args), campaign.name_of(args.index)
+    if is_due(folder.result(name), limits):
+        _check_unchanged(campaign)
+        wait = "let that campaign end"
+        with locked(args.out, wait, shared=True), between_updates() as received, Launcher() as launcher:
+            state = conduct(campaign, folder, launcher, limits, only=[args.index], interrupted=lambda: bool(received))
+        if state.why_stopped:
+            raise RunError(state.why_stopped)
+    result = folder.result(name)
+    assert result is not None
+    say(f"run {name} {result['status']}{result['why'] and ': ' + result['why']}")
     return 0 if result["status"] == OK else SOME_FAILED
 
 

@@ -40,13 +40,15 @@ def _asked(args: argparse.Namespace) -> Asked:
 
     from graph.campaign.file import Asked, is_campaign, read_campaign
     from graph.campaign.measuring import parsed
-    from graph.campaign.points import FILE, check_key, read_table
+    from graph.campaign.points import FILE, check_key, check_value, read_table
     from graph.session.varied import read_varied
 
     of_file = [file for file in args.files if file.is_file() and is_campaign(file)]
     if of_file and len(args.files) > 1:
         raise UserError(f"{of_file[0]} is a campaign file, which names its graph files; give it alone")
-    asked = read_campaign(of_file[0]) if of_file else Asked(tuple(map(str, args.files)), seed=args.vary_seed)
+    asked = (
+        read_campaign(of_file[0], args.allow) if of_file else Asked(tuple(map(str, args.files)), seed=args.vary_seed)
+    )
     problems: list[Problem] = []
     varied = {one.name: one for one in asked.varied}
     files = asked.files
@@ -59,6 +61,8 @@ def _asked(args: argparse.Namespace) -> Asked:
             if name in varied:
                 raise ValueError("the key is varied twice; give all its values in one --vary")
             found = read_varied(name, text, asked.seed)
+            for value in found.values:
+                check_value(name, value)
             if name == FILE:
                 files = (*files, *found.values)
             else:
@@ -79,10 +83,13 @@ def _asked(args: argparse.Namespace) -> Asked:
     if args.points is not None:
         try:
             rows, read = tuple(read_table(args.points)), (*read, args.points)
+            if FILE in rows[0] and files:
+                problems.append(Problem(f"--points {args.points} names its own files; give no other FILE"))
         except UserError as error:
             problems += error.problems
     clash = {key for row in rows for key in row if key in varied}
     problems += [Problem(f"--points: {key} is varied too; leave it out of one of them") for key in sorted(clash)]
+    files = (*dict.fromkeys([*files, *(row[FILE] for row in rows if FILE in row)]),)
     for file in files:
         if not Path(file).is_file():
             problems.append(Problem(f"{file}: there is no such file"))

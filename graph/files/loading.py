@@ -146,6 +146,8 @@ def _another_format(root: tree.Map) -> str | None:
     """Why no key can be checked: the file is not a graph file at all, or has a newer format."""
     version = root.get("tickgraph")
     if "tickgraph" not in root and not any(key in model.GraphFile.fields for key in root):
+        if "campaign" in root:
+            return "this is a campaign file, not a graph file; run it by graph sweep"
         return 'this is not a graph file: there is no "tickgraph" key; a graph file starts with "tickgraph: 1"'
     if isinstance(version, int) and not isinstance(version, bool) and version > model.VERSION:
         number = described(version).removeprefix("number ")

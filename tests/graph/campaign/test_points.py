@@ -6,7 +6,7 @@ import pytest
 
 from graph.base.errors import UserError
 from graph.base.limits import OverLimit
-from graph.campaign.points import arguments_of, check_key, points_of, read_table
+from graph.campaign.points import arguments_of, check_key, check_value, points_of, read_table
 from graph.session.varied import Varied, drawn_at, read_varied
 
 
@@ -107,3 +107,22 @@ def test_a_point_is_a_command_line():
 def test_a_key_that_no_run_can_set_is_refused_with_the_nearest():
     with pytest.raises(ValueError, match=r'did you mean "lidar\.motion"'):
         check_key("lidar_motion")
+
+
+def test_rows_that_name_their_file_are_points_of_it_alone(tmp_path):
+    (tmp_path / "p.csv").write_text("file,seed\na.yaml,1\nb.yaml,\n")
+    rows = read_table(tmp_path / "p.csv")
+    assert points_of(["a.yaml", "b.yaml"], [Varied("x", ("1", "2"))], rows, {}, 0) == [
+        *({"file": "a.yaml", "seed": "1", "x": x} for x in "12"),
+        *({"file": "b.yaml", "x": x} for x in "12"),
+    ]
+    (tmp_path / "p.csv").write_text("file,seed\na.yaml,1\n,2\n")
+    with pytest.raises(UserError, match=r"p\.csv:3:1: the cell of file is empty"):
+        read_table(tmp_path / "p.csv")
+
+
+@pytest.mark.parametrize(("key", "value"), [("seed", "x"), ("updates", "1.5"), ("lidar.motion", "quick")])
+def test_values_that_a_key_cannot_have_are_refused(key, value):
+    with pytest.raises(ValueError, match=value):
+        check_value(key, value)
+    check_value("/World/Box.mass", value)
