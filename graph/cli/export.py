@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import Any
 
 from graph.base.errors import RunError
-from graph.base.outputs import make_output
+from graph.base.outputs import make_output, write
 
 from .arguments import add_limit, check_folder
 from .printing import counted, say, tell
@@ -14,6 +15,8 @@ from .progress import reading
 
 CAMPAIGN = "campaign.json"
 """The file that makes a folder that of a campaign."""
+INDEX = "runs.csv"
+"""Which run of a campaign is which folder, sequence or scene."""
 FORMATS = ("pcd", "ply", "las", "kitti", "nuscenes", "npz", "csv", "png")
 
 
@@ -66,30 +69,42 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _export_campaign(args: argparse.Namespace) -> int:
-    """Every run of a campaign that ended well: one data set as KITTI or nuScenes, else a folder for each."""
+    """Every run of a campaign that ended well: one data set as KITTI or nuScenes, else a folder for each.
+
+    runs.csv says which is which, with the values of its point.
+    """
     from graph.campaign.conduct import OK
     from graph.campaign.folder import RUNS, Folder
+    from graph.campaign.points import FILE
     from graph.campaign.specification import load
+    from graph.campaign.table import as_csv
     from graph.recording.export.exporting import export
     from graph.recording.run_reader import open_run
 
     campaign, folder = load(args.run), Folder(args.run)
     assert campaign is not None
-    number = 0
-    for name in map(campaign.name_of, range(len(campaign.points))):
+    rows: list[dict[str, Any]] = []
+    for run, point in enumerate(campaign.points):
+        name, number = campaign.name_of(run), len(rows)
         result = folder.result(name)
         if result is None or result["status"] != OK:
             tell(f"run {name} is left out: it is {result['status'] if result else 'missing'}")
             continue
-        place = args.out if args.format in ("kitti", "nuscenes") else args.out / name
+        named = {"kitti": f"{number:02d}", "nuscenes": f"scene-{number + 1:04d}"}.get(args.format, name)
+        place = args.out / name if named == name else args.out
         try:
             with open_run(args.run / RUNS / name, whole=False) as recording:
                 made = make_output(place, args.run)
                 export(recording, args.format, made, args.topic, world=args.world, number=number)
         except OSError as error:
             raise RunError(f"{error.filename or args.out}: {error.strerror or error}") from error
-        number += 1
-    if not number:
+        rows.append({"place": named, "run": run, **point})
+    if not rows:
         raise RunError(f"{args.run}: no run of this campaign has ended well; there is nothing to export")
-    say(f"wrote {counted(number, 'runs')} into {args.out} ({args.format})")
+    columns = dict.fromkeys(("place", "run", FILE, *campaign.varied))
+    try:
+        write(args.out / INDEX, as_csv([*columns], rows))
+    except OSError as error:
+        raise RunError(f"{args.out / INDEX}: {error.strerror}") from error
+    say(f"wrote {counted(len(rows), 'runs')} into {args.out} ({args.format})")
     return 0
