@@ -34,4 +34,4 @@ with torch.no_grad():
 torch.cuda.synchronize() if memory.type == "cuda" else None
 seconds = time.perf_counter() - start
 print(f"{count:,} worlds, 120 updates (2 s of each): {seconds:.2f} s, {count * 2 / seconds:,.0f} x real time in all")
-print("frames of the first worlds:", lidar.frame_id[:8].tolist(), "; room was enough:", worlds.physics.overflow() == "")
+print("frames of the first worlds:", lidar.frame_id[:8].tolist(), "; room was enough:", worlds.overflow() == "")

@@ -162,6 +162,20 @@ class Worlds:
         """The joints with drives, in the order of `drive`'s columns."""
         return () if self.physics is None else self.physics.joints
 
+    @property
+    def coordinates(self) -> Any:
+        """MuJoCo's generalised coordinates, (worlds, nq) float32 on the device: write to them to place bodies."""
+        return self.physics.coordinates
+
+    @property
+    def speeds(self) -> Any:
+        """MuJoCo's generalised velocities, (worlds, nv) float32 on the device."""
+        return self.physics.speeds
+
+    def overflow(self) -> str:
+        """What there was no room for in the last step, such as "contacts (64 a world)"; "" if all had room."""
+        return "" if self.physics is None else str(self.physics.overflow())
+
     def drive(self, velocities: Any = None, positions: Any = None) -> None:
         """Targets of the driven joints, (worlds, joints) [rad/s or m/s, rad or m]; None keeps those of before.
 

@@ -22,7 +22,7 @@ def drive(worlds, updates, speeds=None):
         worlds.drive(velocities=np.asarray(speeds, np.float32))
     for _ in range(updates):
         worlds.step()
-    return worlds.lidars[LIDAR].channels.distance.numpy(), worlds.physics.data.qpos.numpy()
+    return worlds.lidars[LIDAR].channels.distance.numpy(), worlds.coordinates.numpy()
 
 
 @on_each
@@ -51,9 +51,9 @@ def test_scans_come_at_their_exact_times_and_begin_anew_after_a_reset(device):
         drive(worlds, 1)
         assert (lidar.frame_id.tolist(), lidar.stamp_ns.tolist()) == ([0, 0], [0, 0])
         drive(worlds, 3)
-        driven = worlds.physics.data.qpos.numpy()[1].copy()
+        driven = worlds.coordinates.numpy()[1].copy()
         worlds.reset([False, True])
-        assert not np.array_equal(worlds.physics.data.qpos.numpy()[1], driven)
+        assert not np.array_equal(worlds.coordinates.numpy()[1], driven)
         drive(worlds, 6)
         assert lidar.frame_id.tolist() == [1, 0]
         assert lidar.stamp_ns.tolist() == [100_000_000, 0]

@@ -83,6 +83,16 @@ class DevicePhysics:
                 self._mjw.step(self.model, self.data)
         self._steps += 1
 
+    @property
+    def coordinates(self) -> Any:
+        """Generalised coordinates, (w, nq) float32 on the device."""
+        return self.data.qpos
+
+    @property
+    def speeds(self) -> Any:
+        """Generalised velocities, (w, nv) float32 on the device."""
+        return self.data.qvel
+
     def drive(self, positions: Any, velocities: Any) -> None:
         """Targets of the driven joints, (w, j) float32 on the device [rad or m, per s]; None keeps those of before."""
         from . import device_kernels
