@@ -77,7 +77,6 @@ ALLOWED = {
     ("graph/testing/pytest_plugin.py", "open"): "the same",
     ("graph/trade/workers.py", "os.open"): "the null device",
     ("graph/campaign/server.py", "os.open"): "the null device",
-    ("graph/campaign/page.py", "figure.savefig"): "into a stream in memory",
     ("graph/campaign/cluster.py", "tempfile.TemporaryDirectory"): "a worker's own folders",
     ("graph/trade/conduct.py", "tempfile.TemporaryDirectory"): "a study's own folder",
     ("graph/trade/diagrams.py", "figure.savefig"): "into a stream in memory",

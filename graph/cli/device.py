@@ -12,7 +12,7 @@ GIB = 2**30
 
 
 def run(name: str, *, as_json: bool) -> int:
-    """Checks a device; returns 0 if rays can be cast there, else 1. Raises UserError if there is none."""
+    """Checks a device; returns 0 if rays can be cast there, else 1. Raises UserError if it is missing."""
     from graph.sim.devices import device_of, warp
 
     if name == "cpu":

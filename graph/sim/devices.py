@@ -32,7 +32,7 @@ def warp() -> Any:
 
 
 def device_of(name: str) -> Any:
-    """Warp's device of a value of the knob `device`. Raises UserError if there is none on this machine."""
+    """Warp's device of a value of the knob `device`. Raises UserError if this machine does not have it."""
     wp = warp()
     if name == WARP_HOST:
         return wp.get_device("cpu")

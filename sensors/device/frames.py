@@ -1,4 +1,4 @@
-"""Frames of one lidar whose channels stay on the device until somebody reads them as NumPy arrays."""
+"""Frames of one lidar whose channels stay on the device until they are read as NumPy arrays."""
 
 from __future__ import annotations
 

@@ -183,7 +183,7 @@ def scan_of(*kinds: bool) -> Any:
 
 @wp.kernel
 def mount(bodies: wp.array2d(dtype=wp.mat44d), carrier: wp.int32, local: wp.mat44d, sensors: wp.array(dtype=wp.mat44d)):
-    """Sensors where their carriers are, (w,); local: sensor to carrier, or to the anchor where there is no carrier."""
+    """Sensors where their carriers are, (w,); local: sensor to carrier, to the anchor without a carrier."""
     world = wp.tid()
     pose = local
     if carrier >= 0:

@@ -62,7 +62,7 @@ class Worlds:
     The graphs of the file are not evaluated in them; the warning `graphs-not-in-worlds` names them. device: "cuda",
     "cuda:N" or "warp-cpu". channels: those of lidars, see `WorldsLidar`. contacts, rows: room for contacts and
     constraint rows in a world. options: as for `App.from_file`. Raises UserError for what cannot run so: lidars whose
-    turns differ, with noise or sub-rays, or a physics rate that is no multiple of the loop's.
+    turns differ, with noise or sub-rays, or a physics rate that is not a multiple of the loop's.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Many worlds: each is what one alone would be, scans by the exact schedule, and begins anew where it is asked to."""
+"""Many worlds: each is what one alone would be, scans by the exact schedule, and begins again after a reset."""
 
 from pathlib import Path
 
@@ -41,7 +41,7 @@ def test_a_world_of_many_is_the_world_alone(device):
 
 
 @on_each
-def test_scans_come_at_their_exact_times_and_begin_anew_after_a_reset(device):
+def test_scans_come_at_their_exact_times_and_begin_again_after_a_reset(device):
     """10 Hz at 60 updates a second: the scan of tick k covers [(k - 1) / 10, k / 10), in update 6 k. World 1, reset
     after update 9, is at its first scan after update 15, when the others are at their second."""
     with Worlds(FILE, count=2, device=device, channels=["distance"]) as worlds:
