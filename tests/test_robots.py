@@ -25,7 +25,11 @@ FILES = {
     },
 }
 """Every graph file that the project ships or prints."""
-ROBOTS = {name: content for name, content in FILES.items() if "DifferentialController" in content}
+ROBOTS = {
+    name: content
+    for name, content in FILES.items()
+    if "DifferentialController" in content and "randomize:" not in content  # crates may stand in its way
+}
 
 
 def test_the_robots_are_found():

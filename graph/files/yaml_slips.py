@@ -151,7 +151,7 @@ def _no_value(text: _Lines, at: int, _began: int, _problem: str) -> Slip | None:
     if opened and found in ("}", "]"):
         opener = text.text[opened[-1]]
         return at, f"this {found} closes the {opener} of line {text.number(opened[-1]) + 1}; write {CLOSES[opener]}"
-    return at, "a value is missing here" if found == "," else f"a value cannot begin with {found or 'nothing'}"
+    return at, "a value is missing here" if found == "," else f"{found or 'nothing'} cannot begin a value"
 
 
 def _is_closed(text: str, began: int) -> bool:

@@ -99,7 +99,7 @@ def planned_topic(db: Database, below: str, name: str | None = None) -> str | No
 
 
 def _name_and_namespace(db: Database, below: str, name: str | None) -> tuple[str, str]:
-    name = (db.inputs.topicName if name is None else name).strip()
+    name = (getattr(db.inputs, "topicName", "") if name is None else name).strip()
     if name.startswith("/"):
         return name, ""
     return name, getattr(db.inputs, "nodeNamespace", "") or collect_namespace(db.app.stage, below)

@@ -56,6 +56,10 @@ def graph_file(folder, name="g.json", **document):
     return str(folder / name)
 
 
+def sweep(folder, *options):
+    return ("sweep", graph_file(folder), *options, "--updates", "1", "--out", str(folder / f"c{next(NUMBERS)}"))
+
+
 def run(file, *options):
     return ("run", file, "--updates", "1", *options)
 
@@ -74,6 +78,26 @@ def texts(folder, name):
     (folder / name).write_text(start.ljust(100))
     command = run(graph_file(folder, "h.json"), "--play", str(folder / name))
     return Asked(100, command if name[0] == "m" else ("check", str(folder / name)))
+
+
+@case("file.script")
+def script(folder):
+    """100 bytes of a script that is checked."""
+    (folder / "s.py").write_text("x = 1\n".ljust(100))
+    return Asked(100, ("check", "--target", "isaacsim-6.0", str(folder / "s.py")))
+
+
+@case("campaign.runs")
+def campaign(folder):
+    """Three seeds."""
+    return Asked(3, sweep(folder, "--vary", "seed=0..2"))
+
+
+@case("campaign.table")
+def points(folder):
+    """100 bytes: a column of one value."""
+    (folder / "p.csv").write_text("seed\n1\n".ljust(100))
+    return Asked(100, sweep(folder, "--points", str(folder / "p.csv")))
 
 
 @case("file.keys", "g.json", "g.yaml")
@@ -403,7 +427,8 @@ def parts(folder):
 
 
 def test_every_limit_has_a_case():
-    assert {name for name, *_ in CASES.values()} == LIMITS.keys()
+    elsewhere = {"campaign.upload"}  # it needs a cluster
+    assert {name for name, *_ in CASES.values()} == LIMITS.keys() - elsewhere
 
 
 @pytest.mark.parametrize("key", CASES)

@@ -2,6 +2,7 @@
 
 import json
 import sys
+from importlib import metadata
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -19,7 +20,7 @@ def installed(monkeypatch, tmp_path):
         text = json.dumps({"url": url}) if url else None
         monkeypatch.setattr(extras, "ROOT", tmp_path / "lib")
         found = SimpleNamespace(read_text=lambda name: text)
-        monkeypatch.setattr(extras.metadata, "distribution", lambda name: found)
+        monkeypatch.setattr(metadata, "distribution", lambda name: found)
         monkeypatch.setattr(extras.shutil, "which", lambda name: str(Path(sys.executable).parent / "pip"))
 
     return make

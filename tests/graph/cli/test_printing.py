@@ -17,12 +17,13 @@ TITLE = "\x1b]0;owned\x07"
 ALLOWED = {
     "printing.py": ("print", "console.print"),
     "report.py": ("console.print",),
+    "sweep.py": ("bar.console.print",),
     "trade.py": ("console.print",),
     "completion.py": ("print",),
     "help.py": ("print", "Console().print"),
 }
-"""Who may print: the writer, the tables of a run and of a trade (their cells are made printable), a script and pages
-without any part of a file.
+"""Who may print: the writer, the tables of a run, a trade and a campaign (their cells are made printable), a script and
+pages without any part of a file.
 """
 
 

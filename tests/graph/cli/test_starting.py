@@ -71,7 +71,7 @@ def test_an_example_never_replaces_a_folder_with_files(graph, folder):
     (folder / "yard" / "mine").write_text("mine")
     assert graph("new", "yard", "yard").err == "graph: yard exists; give another name, or remove it first\n"
     assert graph("new", "yrad", "x").err == 'graph: there is no example "yrad"; did you mean "yard"?\n'
-    said = 'graph: there is no example "robots"; of that are diffdrive, arm, yard (graph new --list)\n'
+    said = 'graph: there is no example "robots"; of that are diffdrive, arm, worlds, yard (graph new --list)\n'
     assert graph("new", "robots", "x").err == said
     said = 'graph: there is no example "semantic"; of that is lidar_semantics (graph new --list)\n'
     assert graph("new", "semantic", "x").err == said

@@ -108,7 +108,8 @@ def test_it_finds_the_cheapest_setting_writes_everything_and_the_block_into_the_
             assert min(picture.size) > 200
     page = (folder / "out/trade.html").read_text()
     assert page.count("data:image/png;base64,") == 3
-    assert "http" not in page
+    assert "http:" not in page
+    assert "https:" not in page
     block = f"fidelity:\n  physics.hz: {best}\n"
     assert ball.read_text() == BALL.replace("loop_hz: 60}\n", f"loop_hz: 60}}\n{block}")
     again = graph(

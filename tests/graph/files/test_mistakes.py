@@ -45,7 +45,8 @@ def test_files_of_another_kind_or_version(text, line):
         ("Graphs: {}", '2:1: unknown key "Graphs"; did you mean "graphs"?'),
         (
             "qqq: {}",
-            '2:1: unknown key "qqq"; known are tickgraph, scene, clock, duration, settings, fidelity, graphs, record',
+            '2:1: unknown key "qqq"; known are tickgraph, scene, clock, duration, settings, fidelity, randomize, '
+            "graphs, record",
         ),
         ("scene: [a]", "2:8: scene must be a mapping, found a list"),
         ("scene: {usd: 5}", "2:14: scene.usd must be text, found number 5"),

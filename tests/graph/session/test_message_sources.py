@@ -172,7 +172,7 @@ def test_the_help_says_how_messages_are_written(capsys):
     from graph.cli.main import main
 
     assert main(["run", "--help"]) == 0
-    assert "`graph help robot` has an example" in " ".join(capsys.readouterr().out.split())
+    assert "`graph help live-and-recordings`" in " ".join(capsys.readouterr().out.split())
     assert main(["help", "robot"]) == 0
     assert "topic: /cmd_vel, type: geometry_msgs/msg/Twist, message: {" in capsys.readouterr().out
 
