@@ -30,7 +30,7 @@ with torch.no_grad():
             speeds = 5 + 5 * layer(ranges.clamp(max=10) / 10)  # [rad/s] of the left and the right wheel
             worlds.drive(velocities=speeds)
         if update == 59:
-            worlds.reset(torch.rand(count) < 0.5)  # half of them begin anew
+            worlds.reset(torch.rand(count) < 0.5)  # half of them start again
 torch.cuda.synchronize() if memory.type == "cuda" else None
 seconds = time.perf_counter() - start
 print(f"{count:,} worlds, 120 updates (2 s of each): {seconds:.2f} s, {count * 2 / seconds:,.0f} x real time in all")

@@ -40,8 +40,7 @@ class Geometry:
         from . import kernels
 
         self.device, self.anchor, self.worlds, self._kernels = device, anchor, worlds, kernels
-        self._meshes: list[Any] = []  # Warp frees a mesh with its Python object
-        self._shared: dict[bytes, Any] = {}
+        self._shared: dict[bytes, Any] = {}  # Warp frees a mesh with its Python object
         numbered = [(number, one) for number, one in enumerate(surfaces) if isinstance(one, Mesh)]
         solids = [
             (n, one) for n, one in numbered if formulas and isinstance(one, Solid) and self._kept(n, bodies, skip)

@@ -52,7 +52,8 @@ print((sizes[3] - sizes[1]) / 2e6)
 def measure(quick: bool) -> Iterator[Row]:
     """The rows: plain runs over campaign, its own share, the second start, many cores by simulation, memory."""
     runs, jobs = (2, 2) if quick else (24, 2)
-    scene = str(ROOT / "graphs" / f"{'quickstart' if quick else 'yard'}.yaml")
+    name = "quickstart" if quick else "yard"
+    scene = str(ROOT / "graphs" / f"{name}.yaml")
     plain, campaign = side_by_side(runs, jobs), swept(runs, jobs)
     yield Row(
         f"{runs} plain runs of quickstart, {jobs} at a time / the same campaign", plain / campaign, 0.95, best="most"
@@ -60,12 +61,12 @@ def measure(quick: bool) -> Iterator[Row]:
     if not quick:
         yield Row("processor time of a campaign of 100 runs without them / 100 runs of 2 s", own_share(), 0.02)
     first, second = map(float, python(STARTS, scene).split())
-    yield Row("start of a second run of the yard in a process / the first", second / first, 0.5)
+    yield Row(f"start of a second run of the {name} in a process / the first", second / first, 0.5)
     yield Row(
         "1000 runs of 1 to 3 s on 64 cores, simulated: throughput / 64 cores", simulated(1000, 64), 0.9, best="most"
     )
     further = float(python(FURTHER, scene))
-    yield Row("memory of each further App of the yard in a process", further, 120.0, "MB")
+    yield Row(f"memory of each further App of the {name} in a process", further, 120.0, "MB")
 
 
 def python(program: str, *arguments: str) -> str:
