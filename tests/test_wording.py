@@ -2,12 +2,14 @@
 
 import ast
 import re
+from functools import cache
 
 import pytest
 
 from tests.support.places import ROOT
 
 SOURCES = [path for package in ("graph", "nodes", "sensors") for path in sorted((ROOT / package).rglob("*.py"))]
+TESTS = [path for path in sorted((ROOT / "tests").rglob("*.py")) if path.name != "test_wording.py"]
 
 SPEAKERS = re.compile(
     r"_?(fail|warn|warning|warn_once|error|complain|problem|report|tell|log_warning|log_error|Problem|\w+Error)"
@@ -66,66 +68,69 @@ def called(node):
     return function.attr if isinstance(function, ast.Attribute) else getattr(function, "id", "")
 
 
-def messages(path):
-    """(line, template) of every message in a file: a text of several words given to what speaks."""
-    printer = str(path.relative_to(ROOT)).startswith(PRINTERS)
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf8"))):
-        match node:
-            case ast.Call() if SPEAKERS.fullmatch(called(node)) and called(node) not in NOT_MESSAGES:
-                given = [*node.args, *(keyword.value for keyword in node.keywords)]
-            case ast.Yield(value=value) | ast.Return(value=value) if value and not printer:
-                given = [value]
-            case _:
-                continue
-        yield from ((node.lineno, text) for each in given for text in literals(each) if text.count(" ") > 1)
+def messages(node, printer):
+    """(line, template) of each message that a node of a syntax tree makes: several words given to what speaks."""
+    match node:
+        case ast.Call() if SPEAKERS.fullmatch(called(node)) and called(node) not in NOT_MESSAGES:
+            given = [*node.args, *(keyword.value for keyword in node.keywords)]
+        case ast.Yield(value=value) | ast.Return(value=value) if value and not printer:
+            given = [value]
+        case _:
+            return
+    yield from ((node.lineno, text) for each in given for text in literals(each) if text.count(" ") > 1)
 
 
-def docstrings(path):
-    """(line, text) of every docstring of a file, those of attributes too."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf8"))):
-        for part in ("body", "orelse", "finalbody"):
-            statements = getattr(node, part, None)
-            for each in statements if isinstance(statements, list) else ():
-                match each:
-                    case ast.Expr(value=ast.Constant(value=str(text))):
-                        yield each.lineno, text
+def docstrings(node):
+    """(line, text) of the docstrings in a node's body, those of attributes too."""
+    if isinstance(node, ast.expr | ast.expr_context):  # most nodes of a file, and without a body
+        return
+    for part in ("body", "orelse", "finalbody"):
+        statements = getattr(node, part, None)
+        for each in statements if isinstance(statements, list) else ():
+            match each:
+                case ast.Expr(value=ast.Constant(value=str(text))):
+                    yield each.lineno, text
 
 
-def comments(path):
+def comments(source):
     """(line, text) of every comment of a file."""
-    for number, line in enumerate(path.read_text(encoding="utf8").splitlines(), start=1):
+    for number, line in enumerate(source.splitlines(), start=1):
         if found := re.search(r"(?:^|\s)# (.+)", line):
             yield number, found[1]
 
 
-def descriptions(path):
+def descriptions(node):
     """(line, text) of what attributes, knobs, settings and fields of files say of themselves."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf8"))):
-        if isinstance(node, ast.Call) and called(node) in DECLARERS:
-            given = [*node.args, *(keyword.value for keyword in node.keywords)]
-            yield from ((node.lineno, text) for each in given for text in literals(each) if " " in text)
+    if isinstance(node, ast.Call) and called(node) in DECLARERS:
+        given = [*node.args, *(keyword.value for keyword in node.keywords)]
+        yield from ((node.lineno, text) for each in given for text in literals(each) if " " in text)
 
 
-def placed(remarks, paths):
-    return [(f"{path.relative_to(ROOT)}:{line}", text) for path in paths for line, text in remarks(path)]
-
-
-TEMPLATES = placed(messages, SOURCES)
-TESTS = [path for path in sorted((ROOT / "tests").rglob("*.py")) if path.name != "test_wording.py"]
-DOCSTRINGS = placed(docstrings, SOURCES)
-PROSE = [
-    *DOCSTRINGS,
-    *placed(descriptions, SOURCES),
-    *placed(comments, SOURCES),
-    *placed(docstrings, TESTS),
-    *placed(comments, TESTS),
-]
+@cache
+def texts():
+    """(place, text) of each message, docstring and piece of prose; read in the first test, not as pytest collects."""
+    templates, documented, prose = [], [], []
+    shipped = set(SOURCES)
+    for path in (*SOURCES, *TESTS):
+        name, source = str(path.relative_to(ROOT)), path.read_text(encoding="utf8")
+        printer = name.startswith(PRINTERS)
+        found = list(comments(source))
+        for node in ast.walk(ast.parse(source)):
+            strings = list(docstrings(node))
+            found += strings
+            if path in shipped:
+                found += descriptions(node)
+                documented += ((f"{name}:{line}", text) for line, text in strings)
+                templates += ((f"{name}:{line}", text) for line, text in messages(node, printer))
+        prose += ((f"{name}:{line}", text) for line, text in found)
+    return templates, documented, prose
 
 
 def test_messages_docstrings_and_comments_are_found():
-    assert len(TEMPLATES) > 600
-    assert len(DOCSTRINGS) > 4000
-    assert len(PROSE) > len(DOCSTRINGS) + 1500
+    templates, documented, prose = texts()
+    assert len(templates) > 600
+    assert len(documented) > 4000
+    assert len(prose) > len(documented) + 1500
 
 
 @pytest.mark.parametrize(
@@ -140,7 +145,7 @@ def test_messages_docstrings_and_comments_are_found():
     ids=lambda value: value if isinstance(value, str) else "",
 )
 def test_messages_are_plain(rule, broken):
-    assert [f"{where}: {text}" for where, text in TEMPLATES if broken(text)] == []
+    assert [f"{where}: {text}" for where, text in texts()[0] if broken(text)] == []
 
 
 def without_code(text):
@@ -149,9 +154,9 @@ def without_code(text):
 
 
 def test_docstrings_descriptions_and_comments_are_plain():
-    assert [f"{where}: {text}" for where, text in PROSE if PROSE_RIDDLES.search(without_code(text))] == []
+    assert [f"{where}: {text}" for where, text in texts()[2] if PROSE_RIDDLES.search(without_code(text))] == []
 
 
 def test_the_first_paragraph_of_a_docstring_is_a_sentence():
-    first = [(where, text.strip().split("\n\n")[0].rstrip()) for where, text in DOCSTRINGS]
+    first = [(where, text.strip().split("\n\n")[0].rstrip()) for where, text in texts()[1]]
     assert [f"{where}: {text}" for where, text in first if not text.endswith((".", "?", ":"))] == []
