@@ -29,7 +29,7 @@ def lidar_app(device, **options):
     body = UsdPhysics.RigidBodyAPI.Apply(carrier.GetPrim())
     body.CreateAngularVelocityAttr().Set(Gf.Vec3f(0, 0, 90))
     lidar = Lidar.create(
-        "/World/Carrier/lidar", config="Example_Rotary", translations=[0, 0, 0.3], aux_output_level="FULL"
+        "/World/Carrier/lidar", config="Example_Rotary_2D", translations=[0, 0, 0.3], aux_output_level="FULL"
     )
     return app, LidarSensor(lidar, annotators=["generic-model-output"])
 
@@ -48,7 +48,7 @@ def frame_of(device, updates=14, **options):
 @on_each
 def test_a_frame_has_the_channels_of_the_processors(device):
     ours, theirs = frame_of(device), frame_of("cpu")
-    assert ours.numElements == theirs.numElements > 10_000
+    assert ours.numElements == theirs.numElements > 500
     assert (ours.timestampNs, ours.frameId) == (theirs.timestampNs, theirs.frameId)
     for name in ("timeOffsetNs", "x", "y", "flags", "emitterId", "channelId", "tickId", "echoId", "matId"):
         assert np.array_equal(getattr(ours, name), getattr(theirs, name)), name

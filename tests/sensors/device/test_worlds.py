@@ -1,7 +1,5 @@
 """Many worlds: each is what one alone would be, scans by the exact schedule, and begins again after a reset."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -10,85 +8,108 @@ pytest.importorskip("mujoco_warp", reason="pip install 'tickgraph[gpu]'")
 
 from graph.base.errors import UserError
 from graph.sim import Worlds
-from tests.support.devices import on_each
+from tests.support.devices import DEVICES, WORLD
 
-FILE = Path(__file__).parents[3] / "graphs" / "worlds.yaml"
-LIDAR = "/World/Robot/chassis/lidar"
+LIDAR = "/World/Mast/lidar"
+SPEEDS = [[5], [0], [-5]]
 
 
-def drive(worlds, updates, speeds=None):
-    """Steps the worlds with wheel speeds (w, 2) [rad/s]; returns each world's ranges and joint positions."""
-    if speeds is not None:
-        worlds.drive(velocities=np.asarray(speeds, np.float32))
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    path = tmp_path_factory.mktemp("worlds") / "mast.yaml"
+    path.write_text(WORLD)
+    return path
+
+
+@pytest.fixture(scope="module", params=DEVICES)
+def device(request):
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def opened(device, file):
+    with Worlds(file, count=3, device=device, channels=["distance"]) as worlds:
+        yield worlds
+
+
+@pytest.fixture
+def worlds(opened):
+    """Three worlds at their start, whose masts turn at `SPEEDS`."""
+    opened.reset()
+    opened.drive(velocities=np.array(SPEEDS, np.float32))
+    return opened
+
+
+def run(worlds, updates):
+    """Steps the worlds; returns each world's ranges and joint positions."""
     for _ in range(updates):
         worlds.step()
-    return worlds.lidars[LIDAR].channels.distance.numpy(), worlds.coordinates.numpy()
+    return worlds.lidars[LIDAR].channels.distance.numpy().copy(), worlds.coordinates.numpy().copy()
 
 
-@on_each
-def test_a_world_of_many_is_the_world_alone(device):
+def test_a_world_of_many_is_the_world_alone_and_repeats(worlds, file, device):
     """On the processor to the bit; on a card to 1e-4, for it adds in no fixed order."""
-    with Worlds(FILE, count=1, device=device, channels=["distance"]) as alone:
-        one, place = drive(alone, 13, [[5, 5]])
-    with Worlds(FILE, count=3, device=device, channels=["distance"]) as many:
-        all_, places = drive(many, 13, [[5, 5], [0, 0], [5, -5]])
+    most = 1e-4 if worlds.device.is_cuda else 0.0
+    ranges, places = run(worlds, 13)
+    with Worlds(file, count=1, device=device, channels=["distance"]) as alone:
+        alone.drive(velocities=np.array(SPEEDS[:1], np.float32))
+        one, place = run(alone, 13)
     assert one[0].max() > 1
-    most = 1e-4 if device == "cuda" else 0.0
-    assert np.abs(one[0] - all_[0]).max() <= most
+    assert np.abs(one[0] - ranges[0]).max() <= most
     assert np.abs(place[0] - places[0]).max() <= most
-    assert not np.array_equal(all_[0], all_[1])
-    assert not np.array_equal(all_[1], all_[2])
+    assert not np.array_equal(ranges[0], ranges[1])
+    assert not np.array_equal(ranges[1], ranges[2])
+    worlds.reset()
+    worlds.drive(velocities=np.array(SPEEDS, np.float32))
+    again, there = run(worlds, 13)
+    assert np.abs(again - ranges).max() <= most
+    assert np.abs(there - places).max() <= most
 
 
-@on_each
-def test_scans_come_at_their_exact_times_and_begin_again_after_a_reset(device):
+def test_scans_come_at_their_exact_times_and_begin_again_after_a_reset(worlds):
     """10 Hz at 60 updates a second: the scan of tick k covers [(k - 1) / 10, k / 10), in update 6 k. World 1, reset
     after update 9, is at its first scan after update 15, when the others are at their second."""
-    with Worlds(FILE, count=2, device=device, channels=["distance"]) as worlds:
-        lidar = worlds.lidars[LIDAR]
-        drive(worlds, 5, [[5, 5], [5, 5]])
-        assert lidar.frame_id.tolist() == [-1, -1]
-        drive(worlds, 1)
-        assert (lidar.frame_id.tolist(), lidar.stamp_ns.tolist()) == ([0, 0], [0, 0])
-        drive(worlds, 3)
-        driven = worlds.coordinates.numpy()[1].copy()
-        worlds.reset([False, True])
-        assert not np.array_equal(worlds.coordinates.numpy()[1], driven)
-        drive(worlds, 6)
-        assert lidar.frame_id.tolist() == [1, 0]
-        assert lidar.stamp_ns.tolist() == [100_000_000, 0]
-        assert worlds.steps.tolist() == [60, 24]
+    lidar = worlds.lidars[LIDAR]
+    run(worlds, 5)
+    assert lidar.frame_id.tolist() == [-1, -1, -1]
+    run(worlds, 1)
+    assert (lidar.frame_id.tolist(), lidar.stamp_ns.tolist()) == ([0, 0, 0], [0, 0, 0])
+    _, driven = run(worlds, 3)
+    worlds.reset([False, True, False])
+    places = worlds.coordinates.numpy()
+    assert not np.array_equal(places[1], driven[1])
+    assert np.array_equal(places[[0, 2]], driven[[0, 2]])
+    run(worlds, 6)
+    assert lidar.frame_id.tolist() == [1, 0, 1]
+    assert lidar.stamp_ns.tolist() == [100_000_000, 0, 100_000_000]
+    assert worlds.steps.tolist() == [15, 6, 15]
 
 
-@on_each
-def test_the_first_scan_is_that_of_an_app(device):
-    """Until the first scan nothing moves but for what settles: ranges of the same file in an App, to a millimetre."""
+def test_the_first_scan_is_that_of_an_app(worlds, file):
+    """The world whose mast stands against the same file in an App: a ball that falls for 0.1 s, to a millimetre."""
     from graph.sim import App
     from sensors import render_product
     from sensors.annotators.annotator import Annotator
     from sensors.annotators.registry import find_annotator
 
-    with Worlds(FILE, count=1, device=device, channels=["distance", "surface"]) as worlds:
-        ranges, _ = drive(worlds, 6)
-    with App.from_file(FILE) as app:
+    ranges, _ = run(worlds, 6)
+    with App.from_file(file) as app:
         cloud = Annotator(find_annotator("IsaacExtractRTXSensorPointCloud"), app=app).attach(render_product(app, LIDAR))
         app.play()
         app.update(steps=6)
         seen = cloud.get_data()["distance"]
-    assert len(seen) == np.count_nonzero(ranges[0])
-    assert np.abs(ranges[0][ranges[0] > 0] - seen).max() < 1e-3
+    assert len(seen) == np.count_nonzero(ranges[1])
+    assert np.abs(ranges[1][ranges[1] > 0] - seen).max() < 1e-3
 
 
-@on_each
-def test_wrong_shapes_counts_and_rates_are_refused_in_a_line(device):
+def test_wrong_shapes_counts_and_rates_are_refused_in_a_line(worlds, file, device):
     with pytest.raises(UserError, match="count 0 is not above 0"):
-        Worlds(FILE, count=0, device=device)
+        Worlds(file, count=0, device=device)
     with pytest.raises(UserError, match="for one world on the processor use App"):
-        Worlds(FILE, count=2, device="cpu")
+        Worlds(file, count=2, device="cpu")
     with pytest.raises(UserError, match="must be a multiple of the loop's"):
-        Worlds(FILE, count=2, device=device, fidelity={"physics.hz": 100})
-    with Worlds(FILE, count=2, device=device, channels=["distance"]) as worlds:
-        with pytest.raises(UserError, match=r"shape \(2, 3\); give \(2, 2\)"):
-            worlds.drive(velocities=np.zeros((2, 3), np.float32))
-        with pytest.raises(UserError, match="one value for each of 2 worlds"):
-            worlds.reset([True])
+        Worlds(file, count=2, device=device, fidelity={"physics.hz": 100})
+    with pytest.raises(UserError, match=r"shape \(3, 3\); give \(3, 1\)"):
+        worlds.drive(velocities=np.zeros((3, 3), np.float32))
+    with pytest.raises(UserError, match="one value for each of 3 worlds"):
+        worlds.reset([True])
