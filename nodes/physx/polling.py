@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import UserError
+from graph.base.records import dataclass
 from graph.node import Database, NodeAtLoad
 from nodes.fitting_sensors import misfit
 from nodes.sensing.imu import sensor_prim
@@ -37,14 +37,20 @@ def check_polled(node: NodeAtLoad, name: str, prim_type: str) -> Iterator[tuple[
 
 def release(db: Database) -> None:
     """Withdraws the request, at a stop."""
+    _withdraw(db)
+    db.memory.frame = None
+
+
+def _withdraw(db: Database) -> None:
     memory: Poll = db.memory
     if memory.polled is not None:
         memory.polled.release(db.path)
-    memory.path, memory.polled, memory.frame = "", None, None
+    memory.path, memory.polled = "", None
 
 
 def poll(db: Database, name: str, prim_type: str, channels: Iterable[str]) -> Frame | None:
-    """The newest frame of the sensor that a target input names; None before the first, and when stopped.
+    """The newest frame of the sensor that a target input names; None before the first, when stopped, and while nobody
+    reads what the node gives.
 
     Fails the node for a prim of another type and for an invalid sensor prim.
     """
@@ -53,10 +59,13 @@ def poll(db: Database, name: str, prim_type: str, channels: Iterable[str]) -> Fr
     memory: Poll = db.memory
     if db.app.timeline.is_stopped():
         return None
+    if not db.is_read():
+        _withdraw(db)
+        return None
     targets: Any = getattr(db.inputs, name)
     path = str(targets[0]) if len(targets) == 1 else ""
     if memory.polled is None or path != memory.path:
-        release(db)
+        _withdraw(db)
         prim = sensor_prim(db, targets, name)
         try:
             memory.polled = polled_sensor(db.app, str(prim.GetPath()), prim_type)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from graph.base.records import dataclass
 from graph.node import Attribute, Database, node_type
 
 from .imu import sensor_prim
@@ -91,7 +91,7 @@ def read_raycast_sensor(db: Database) -> None:
 
     The prim is read once after play. If it has time offsets, a reading holds the rays that were fired during the newest
     physics step; for all of them the graph must run in each step (OnPhysicsStep). With a disabled sensor or a stopped
-    timeline there is no reading.
+    timeline, and while nobody reads what the node gives, there is no reading.
     """
     import numpy as np
 
@@ -100,7 +100,7 @@ def read_raycast_sensor(db: Database) -> None:
         return
     rays = db.memory.rays or _read(db)
     db.memory.rays = rays
-    if not rays.enabled:
+    if not rays.enabled or not db.is_read():
         return
     now = app.simulation.time
     chosen = rays.fired(now - 1 / app.simulation.steps_per_second, now)

@@ -114,3 +114,54 @@ def test_a_sink_a_node_a_program_and_a_tool_each_count_as_a_reader(casts, tmp_pa
         assert points_of(app) > 0
         if reader == "program":
             assert graph.node("extract").get("outputs:bufferSize") > 0
+
+
+POLLED = """\
+tickgraph: 1
+scene:
+  prims:
+    /World/Ground: {type: Plane}
+    /World/Wall: {type: Cube, size: 1.0, translate: [3, 0, 0]}
+    /World/Sensor: {type: KIND, attributes: {ATTRIBUTES}}
+graphs:
+  /World/G:
+    nodes:
+      tick: OnPlaybackTick
+      read: {type: NODE, inputs: {INPUT: [/World/Sensor]}}
+      clock: {type: ROS2PublishClock, inputs: {topicName: clock}}
+    connections:
+      - tick.tick -> read.execIn
+      - read.execOut -> clock.execIn
+"""
+
+
+@pytest.mark.parametrize(
+    ("kind", "attributes", "node", "name"),
+    [
+        ("Lidar", "rotationRate: 0", "IsaacReadLidarPointCloud", "lidarPrim"),
+        ("Lidar", "rotationRate: 0", "IsaacReadLidarBeams", "lidarPrim"),
+        ("IsaacLightBeamSensor", "numRays: 3", "IsaacReadLightBeam", "lightbeamPrim"),
+        (
+            "IsaacRaycastSensor",
+            "numRays: 1, rayDirections: [[1, 0, 0]], rayOrigins: [[0, 0, 0]]",
+            "IsaacReadRaycastSensor",
+            "raycastSensorPrim",
+        ),
+    ],
+)
+def test_a_sensor_that_a_node_polls_casts_only_while_somebody_reads_what_the_node_gives(
+    casts, tmp_path, kind, attributes, node, name
+):
+    text = POLLED.replace("KIND", kind).replace("ATTRIBUTES", attributes).replace("NODE", node).replace("INPUT", name)
+    with opened(tmp_path, text, "frozen") as app:
+        app.play()
+        app.update(steps=3)
+        assert casts == []
+        subscription = app.bus.listen("/clock", "rosgraph_msgs/msg/Clock")
+        app.update(steps=3)
+        assert casts
+        assert subscription.take() is not None
+        app.bus.unlisten(subscription)
+        casts.clear()
+        app.update(steps=3)
+        assert casts == []
