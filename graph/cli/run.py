@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import gc
 import json
 import logging
 import math
@@ -355,10 +356,14 @@ def _advance(app: App, updates: int, *, show_progress: bool) -> None:
     from graph.sim.scene.stage import scene_name
 
     damage = reading(scene_name(app.stage), RunError)
-    with damage, between_updates() as interrupted, _progress(updates, show_progress) as advance:
-        for _ in range(updates):
+    with damage, between_updates() as interrupted, _progress(updates, show_progress) as advance, ExitStack() as end:
+        for number in range(updates):
             app.update()
             advance()
+            if number == 0:
+                # What is built by now stays: each search for cycles among it would stop the run for about 10 ms.
+                gc.freeze()
+                end.callback(gc.unfreeze)
             if interrupted:
                 raise KeyboardInterrupt
             if app.exit_requested:
