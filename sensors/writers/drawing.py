@@ -69,7 +69,8 @@ class Drawing:
         self._fit(places, middle)
         width, height = self._pixels
         picture = np.empty((height, width, 3), np.uint8)
-        picture[:] = np.rint(BACKGROUND).astype(np.uint8)
+        picture[0] = np.rint(BACKGROUND).astype(np.uint8)
+        picture[1:] = picture[0]  # by rows: by pixels it takes thirty times as long
         self._lines(picture)
         return picture
 
@@ -234,7 +235,7 @@ def write_png(picture: np.ndarray, file: Path, who: str, what: str) -> None:
     try:
         make_folder(file.parent)
         with replacing(file) as stream:
-            Image.fromarray(picture).save(stream, format="PNG", compress_level=6)
+            Image.fromarray(picture).save(stream, format="PNG", compress_level=3)
     except OSError as error:
         reason = error.strerror or error
         raise RunError(f"{who}: {file}: {reason}; give {what} that can be written") from error
