@@ -38,6 +38,28 @@ def measure(quick: bool) -> Iterator[Row]:
         yield Row("graph run graphs/quickstart.yaml --updates 60", run, 4.0, "s")
         help_ = statistics.median(seconds(lambda: python(ready, "-m", "graph", "--help")) for _ in range(rounds))
         yield Row("graph --help", help_, None, "s")
+    yield from first_runs(quick)
+
+
+def first_runs(quick: bool) -> Iterator[Row]:
+    """Processor seconds of a first run beyond one that compiles nothing: on a machine, and in a second clone."""
+    for name, bound in (("lidar_point_cloud", 5.0), *(() if quick else (("yard", 15.0),))):
+        command = ("-m", "graph", "run", str(ROOT / "graphs" / f"{name}.yaml"), "--updates", "24")
+        with packages(compiled=True) as first, packages(compiled=True) as second, TemporaryDirectory() as cache:
+            cold = processor_seconds(first, cache, *command)
+            warm = [processor_seconds(first, cache, *command) for _ in range(3)]
+            other = [processor_seconds(second, cache, *command) for _ in range(3)]
+            what = f"first run of graphs/{name}.yaml over a warm one, processor time"
+            yield Row(f"{what}: nothing compiled", cold - statistics.median(warm), bound, "s")
+            yield Row(f"{what}: in a second clone", statistics.median(other) - statistics.median(warm), 0.5, "s")
+
+
+def processor_seconds(folder: Path, cache: str, *arguments: str) -> float:
+    """Those of this interpreter on `arguments` with the packages of `folder`, and compiled loops in `cache`."""
+    before = os.times()
+    python(folder, *arguments, TICKGRAPH_CACHE=cache)
+    after = os.times()
+    return after.children_user + after.children_system - before.children_user - before.children_system
 
 
 @contextmanager
@@ -46,15 +68,15 @@ def packages(*, compiled: bool) -> Iterator[Path]:
     with TemporaryDirectory() as name:
         folder = Path(name)
         for package in PACKAGES:
-            shutil.copytree(ROOT / package, folder / package, ignore=shutil.ignore_patterns("__pycache__"))
+            shutil.copytree(ROOT / package, folder / package, ignore=shutil.ignore_patterns("__pycache__", "shipped"))
         if compiled:
             compileall.compile_dir(folder, quiet=1)
         yield folder
 
 
-def python(folder: Path, *arguments: str) -> None:
-    """Run this interpreter on `arguments` with the packages of `folder`, writing no byte code."""
-    settings = {**os.environ, "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
+def python(folder: Path, *arguments: str, **more: str) -> None:
+    """Run this interpreter on `arguments` with the packages of `folder` and more environment; writes no byte code."""
+    settings = {**os.environ, "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1", **more}
     done = subprocess.run(
         [sys.executable, *arguments], cwd=folder, env=settings, capture_output=True, text=True, check=False
     )
