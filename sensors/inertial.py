@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from graph.base.errors import RunError
+from graph.base.records import dataclass
 from graph.sim import transforms
 from graph.sim.transforms import Floats
 

@@ -67,8 +67,6 @@ class SensorRuntime(ABC, Generic[Config]):
     direction.
     """
     latency = Fraction(0)
-    reach = math.inf
-    """Beyond this distance from it [m] nothing counts."""
     only_on_request: ClassVar[frozenset[str]] = frozenset()
     """Channels computed only on request, even where pruning is off: they read more, and may warn of it."""
     wants_updates = False
@@ -99,6 +97,11 @@ class SensorRuntime(ABC, Generic[Config]):
     @abstractmethod
     def measure(self, tick: Tick) -> Measurement | None:
         """The measurement of a tick: the channels that `channels` gives, as far as the model has them."""
+
+    @property
+    def reach(self) -> float:
+        """Beyond this distance from it [m] nothing counts."""
+        return math.inf
 
     def configure(self) -> None:
         """Prepares measuring with a new `config`, `rate` and `exclude`."""

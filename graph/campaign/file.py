@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from graph.base.errors import Problem, UserError
 from graph.base.forms import KEY, Check, Error, Field, Form, FormError, Refused
+from graph.base.records import dataclass, field
 from graph.base.suggest import did_you_mean
 from graph.files import paths
 from graph.files.messages import wanted

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
+from graph.base.records import dataclass
 from graph.evaluate import Node
 from graph.evaluate.instances import with_target
 from graph.spec.file_spec import ConnectionSpec, NodeSpec

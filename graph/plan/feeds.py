@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 
+from graph.base.records import dataclass, field
 from graph.evaluate import Graph, Node
 from graph.evaluate.rewiring import renew_pushes
 from graph.evaluate.wire import Copy, copy_between

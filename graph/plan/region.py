@@ -8,9 +8,9 @@ something else, or at another moment, it joins the region. The result equals tha
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
+from graph.base.records import dataclass, field
 from graph.evaluate import Node
 from graph.spec.file_spec import NodeSpec
 from graph.values.types import Type

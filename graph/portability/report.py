@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import Mark
+from graph.base.records import dataclass
 from graph.sim import settings as keys
 
 from .rules import RULES, Rule

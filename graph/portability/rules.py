@@ -5,7 +5,7 @@ Plain data: the manual's table and the checks read it. A rule is found by every 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from graph.base.records import dataclass
 
 ISAAC, OVRTX = "isaacsim-6.0", "ovrtx"
 NAMES = {ISAAC: "Isaac Sim 6.0", OVRTX: "ovrtx"}

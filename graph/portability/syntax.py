@@ -8,11 +8,11 @@ from __future__ import annotations
 import ast
 import warnings
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.inputs import read_text
+from graph.base.records import dataclass, field
 
 MOST_NAMES = 100
 """Longest chain of names that is followed."""

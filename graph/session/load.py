@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from graph.base.errors import Problem, UserError
 from graph.base.gc_pause import collector_paused
+from graph.base.records import dataclass
 from graph.evaluate import Graph
 from graph.spec.file_spec import FileSpec
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from typing import Any
 
+from graph.base.records import dataclass
 from graph.spec.distributions import Stream, is_distribution, parse, split
 
 MOST_VALUES = 100_000

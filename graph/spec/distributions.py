@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from hashlib import sha256
 from math import exp, floor, isfinite, log
 from statistics import NormalDist
 from typing import Any
 
+from graph.base.records import dataclass
 from graph.base.suggest import did_you_mean
 
 Scalar = bool | int | float | str

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Any
 
+from graph.base.records import dataclass, field
 from graph.node import Attribute, Database, node_type
 
 from .events import ONLY_PLAYBACK

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass, field
 
+from graph.base.records import dataclass, field
 from graph.node import Database
 from graph.node.events import LONGEST_QUEUE, Event, EventBus, Inbox
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import gcd
 
+from graph.base.records import dataclass
 from graph.node import Attribute, Database, node_type
 
 ARRIVAL = Attribute("execution", "one arrival; connect every branch that is to be waited for")

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
+from graph.base.records import dataclass, field
 from sensors.lidar.names import PRIM_TYPE
 
 THING = "/World/Thing"

@@ -6,9 +6,9 @@ again. The numbers differ from those of other products with the same seed; the d
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from graph.base.records import dataclass
 from graph.node import Attribute, Database, node_type
 from graph.values.coercion import dtype_of
 from nodes.replicator.random_numbers import Random, generator_of

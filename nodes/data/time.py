@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 
+from graph.base.records import dataclass
 from graph.node import Attribute, Database, node_type
 from nodes.durations import finite_duration
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from graph.base.records import dataclass
 from graph.node import Attribute, Database, node_type
 from graph.sim.scene.mechanisms import mechanisms_of
 from graph.sim.scene.prim_paths import NAME_OVERRIDE, prim_at

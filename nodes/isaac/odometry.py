@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from graph.base.records import dataclass
 from graph.node import Attribute, Database, node_type
 from graph.sim.scene.mechanisms import mechanisms_of
 from graph.sim.scene.prim_paths import prim_at

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from graph.base.records import dataclass
 from graph.node import Attribute, Database, node_type
 
 if TYPE_CHECKING:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import zlib
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from graph.base.records import dataclass
 from graph.node import Attribute, Database, node_type
 
 if TYPE_CHECKING:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
+from graph.base.records import dataclass
 from graph.node import Attribute, Database, node_type
 
 from .planar import heading, wrapped

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from graph.base.records import dataclass
 from graph.node import UNSET, Attribute, Database, node_type
 from nodes.isaac.articulation import robot_at
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from graph.base.records import dataclass
 from graph.node import Attribute, Database, NodeError, node_type
 
 if TYPE_CHECKING:

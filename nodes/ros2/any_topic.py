@@ -8,9 +8,9 @@ A field inside a field is named `linear:x`; strings are tokens; a list of messag
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
+from graph.base.records import dataclass
 from graph.node import Attribute, Database, KnownTypes, node_type
 
 from .any_fields import FIELD, Fields, check_type, field_types, planned_type, required_type, type_inputs, type_name

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Any
 
 from graph.base.errors import RunError
+from graph.base.records import dataclass, field
 from graph.node import Attribute, Database, node_type
 from graph.sim.scene.mechanisms import mechanisms_of
 from graph.sim.scene.prim_paths import prim_at

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from graph.base.records import dataclass
 from graph.node import Attribute, Database, node_type
 from nodes.isaac.articulation import robot_at
 from nodes.isaac.clocks import stamp_ns

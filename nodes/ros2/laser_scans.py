@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from graph.base.records import dataclass
 from graph.sim import settings as keys
 
 from .messages import header
@@ -32,6 +32,9 @@ class ScanStyle:
     bins: bool = False
 
 
+PLAIN = ScanStyle()
+
+
 def scan_style(app: App) -> ScanStyle:
     """The style that an App's settings choose."""
     settings = app.settings
@@ -50,7 +53,7 @@ def laser_scan(
     rotation_rate: float,
     nanoseconds: int,
     frame_id: str,
-    style: ScanStyle = ScanStyle(),
+    style: ScanStyle = PLAIN,
     time_increment: float | None = None,
 ) -> Any:
     """A scan in the message's own convention, unless `style` says otherwise; a range below 0 means an empty beam.

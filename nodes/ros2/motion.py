@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from graph.base.records import dataclass
 from graph.node import Attribute, Database, node_type
 from nodes.isaac.clocks import stamp_ns
 from nodes.isaac.transform_trees import FrameTransform

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
+from graph.base.records import dataclass, field
 from graph.node import Attribute, Database, node_type
 from graph.sim.scene.prim_paths import prim_at
 

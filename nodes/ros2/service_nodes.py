@@ -7,9 +7,9 @@ inputs and the client's outputs. A server takes one request for each compute, an
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
+from graph.base.records import dataclass
 from graph.node import Attribute, Database, KnownTypes, node_type
 
 from .any_fields import FIELD, Fields, check_type, field_types, required_type, type_inputs, type_name

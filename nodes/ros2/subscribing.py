@@ -7,9 +7,9 @@ last message; execOut fires only in a compute that took a message.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
+from graph.base.records import dataclass
 from graph.node import Attribute, Database
 
 from .profiles import offered_quality, queue_depth

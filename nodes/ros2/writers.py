@@ -11,11 +11,11 @@ publishes as long as it is attached, with or without subscribers.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
 from functools import partial
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, cast
 
+from graph.base.records import dataclass, field
 from sensors.errors import SensorValueError
 from sensors.writers import AnnotatedWriter, WriterSpec
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import traceback
-from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from graph.base.inputs import start_of
+from graph.base.records import dataclass, field
 from graph.evaluate.script_permission import REFUSED
 from graph.node import Attribute, Database, node_type
 from graph.ogn.database import OgnDatabase, log_print

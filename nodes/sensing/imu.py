@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
+from graph.base.records import dataclass
 from graph.node import Attribute, Database, node_type
 from graph.sim.scene.prim_paths import prim_at
 

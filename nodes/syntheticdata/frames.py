@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from graph.base.exact import nanoseconds
+from graph.base.records import dataclass, field
 from graph.node import Attribute, Database, node_type
 
 if TYPE_CHECKING:

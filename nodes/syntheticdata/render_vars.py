@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from graph.base.records import dataclass
 from graph.base.suggest import did_you_mean
 from graph.node import Attribute, Database, node_type
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
+
+from graph.base.records import dataclass
 
 EDGE = 0.2
 """The outer part of a fan, on each side, in which the rays fade; a sharp edge would echo like an edge in the world."""

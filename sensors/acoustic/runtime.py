@@ -48,11 +48,15 @@ class AcousticRuntime(SensorRuntime[AcousticConfig]):
             self._app.warn("sensor-attribute-unknown", f"{self.path}.{name}", reason)
         return read_config(prim)
 
+    @property
+    def reach(self) -> float:
+        """How far sound travels within its samples [m]."""
+        return SPEED_OF_SOUND * self.config.samples * self.config.sample_duration
+
     def configure(self) -> None:
         """Prepares the fan, the wave and the arrays that are the same in every frame."""
         config = self.config
         self._air = Air(config.center_frequency)
-        self.reach = SPEED_OF_SOUND * config.samples * config.sample_duration
         self._membrane = Membrane(config.membrane_diameter, self._air.wave_number)
         rays = fan(config.spans, config.counts)
         self._beams = {way.sender: Beam(rays, self._membrane) for way in config.ways}

@@ -13,11 +13,12 @@ tube. Over an infinite wall this is the image source: A D_t D_r / (r_t + r_r).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
 
+from graph.base.records import dataclass
 from sensors.raycast.ranged import cast_ranged
 from sensors.raycast.rays import RayBundle, RayMemory
 from sensors.raycast.world import CastWorld

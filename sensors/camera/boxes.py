@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from graph.base.records import dataclass
 from graph.sim.geometry.collect import Mesh, Solid
 from graph.sim.transforms import from_usd, transformed
 from sensors.raycast.alone import cast_alone

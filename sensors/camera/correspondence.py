@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from graph.base.errors import UserError
+from graph.base.records import dataclass
 from graph.sim.renderer.wrapper import unwrapped
 from graph.sim.scene.prim_paths import prim_at
 from sensors.raycast.shadows import Shadows

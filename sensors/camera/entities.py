@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from graph.base.records import dataclass, field
 from sensors.raycast.shared import cast_world
 from sensors.surfaces.semantics import Labels, labels_of, numbered
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from graph.base.errors import UserError
+from graph.base.records import dataclass
 from graph.sim.renderer.schedule import Tick
 from graph.sim.settings import CAMERA_TONE, TONE_ACES
 from sensors.raycast.shadows import Shadows

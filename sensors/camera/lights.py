@@ -6,11 +6,12 @@ Radiances are L = intensity 2^exposure colour [nit]; irradiances follow UsdLux (
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from graph.base.records import dataclass
 from graph.sim.transforms import rigid_part
 
 from .light_images import LightImages, Warn

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
 
+from graph.base.records import dataclass
 from sensors.motion.history import History
 from sensors.raycast.rays import Hits, RayBundle
 from sensors.raycast.world import CastWorld

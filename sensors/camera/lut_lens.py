@@ -9,12 +9,12 @@ middles of equal parts of the image.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from graph.base.errors import UserError
+from graph.base.records import dataclass, field
 
 from .image_files import ImageFiles
 from .lens import Floats, Lens

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from graph.base.records import dataclass, field
 from sensors.raycast.rays import Hits
 
 from .image_files import ImageFiles

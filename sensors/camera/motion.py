@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from graph.base.records import dataclass
 from graph.sim.transforms import inverse_rigid
 from sensors.raycast.world import CastWorld
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+
+from graph.base.records import dataclass, field
 
 from .image_files import Image, ImageFiles, ImageProblem
 from .stage_values import numbers_of

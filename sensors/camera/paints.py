@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
 
+from graph.base.records import dataclass, field
 from graph.sim.geometry.corners import Corners, corners_of, primvar_at_corners
 from graph.sim.geometry.surfaces import Mesh
 

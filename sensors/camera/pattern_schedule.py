@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 
+from graph.base.records import dataclass
 from sensors.errors import SensorValueError
 
 Rational = tuple[int, int]

@@ -7,9 +7,9 @@ vary slowly, on average within a few percent for others; hidden parts of the sky
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
+
+from graph.base.records import dataclass
 
 from .textures import Texture
 

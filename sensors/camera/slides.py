@@ -8,11 +8,12 @@ L = intensity x pattern, the light of a lens in front of a slide. Elsewhere it i
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+
+from graph.base.records import dataclass
 
 from .image_files import ImageFiles
 from .lens import Floats

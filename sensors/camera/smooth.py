@@ -6,11 +6,11 @@ Rays meet spheres, cylinders, cones and capsules by formula, with their true nor
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from graph.base.records import dataclass
 from graph.sim.arrays import array_of
 from graph.sim.geometry.surfaces import Mesh
 from sensors.raycast.world import CastWorld, soft_prim

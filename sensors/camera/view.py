@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from graph.base.records import dataclass
 from sensors.raycast.rays import NOTHING, Hits, RayBundle
 from sensors.raycast.world import CastWorld
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from graph.base.records import dataclass
 from graph.sim.app import App
 from sensors.raycast.rays import Hits, RayBundle
 from sensors.raycast.shared import cast_world

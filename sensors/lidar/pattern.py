@@ -176,15 +176,24 @@ def _in_window(config: LidarConfig, azimuth: np.ndarray) -> np.ndarray:
     end.
     """
     inside = np.ones(len(azimuth), bool)
+    for start, end in _windows(config):
+        inside &= (azimuth - start) % 360.0 <= (end - start) % 360.0
+    return inside
+
+
+def windowed(config: LidarConfig) -> bool:
+    """Whether a window leaves out firings, perhaps all of them."""
+    return bool(_windows(config))
+
+
+def _windows(config: LidarConfig) -> list[tuple[float, float]]:
+    """Begin and end [deg] of each window that is narrower than a turn."""
     windows = []
     if config.min_azimuth_roi != config.max_azimuth_roi:
         windows.append((config.min_azimuth_roi, config.max_azimuth_roi))
     if config.is_rotary:
         windows.append((config.valid_start_azimuth_deg, config.valid_end_azimuth_deg))
-    for start, end in windows:
-        if abs(end - start) < 360.0:
-            inside &= (azimuth - start) % 360.0 <= (end - start) % 360.0
-    return inside
+    return [(start, end) for start, end in windows if abs(end - start) < 360.0]
 
 
 def _directions(azimuth_deg: np.ndarray, elevation_deg: np.ndarray) -> np.ndarray:

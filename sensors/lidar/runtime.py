@@ -14,6 +14,7 @@ from sensors.runtime import Measurement, SensorRuntime
 
 from .config import INTENSITY_PROCESSINGS, RAY_TYPES, LidarConfig
 from .names import PRIM_TYPE
+from .pattern import windowed
 from .prim import read_config
 from .turns import turns_of
 
@@ -49,6 +50,11 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
         """The tick rate [Hz] of a lidar without an authored one, by the profile."""
         return self._app.settings.rate(keys.BARE_LIDAR_TICK_RATE)
 
+    @property
+    def reach(self) -> float:
+        """The farthest range of its beams [m]."""
+        return float(self.turns.pattern(0).far_m.max())
+
     def configure(self) -> None:
         """Prepares the turns, and the data for motion within a scan."""
         app, config = self._app, self.config
@@ -57,9 +63,8 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
             "lidar.rays", rays, f"{self.path}: {app.fidelity.lidar_subrays:,} sub-rays a beam make {rays:,} rays a scan"
         )
         self.turns = turns_of(config)
-        if not len(self.turns.pattern(0)):
+        if windowed(config) and not len(self.turns.pattern(0)):
             raise UserError(f"{self.path}: no firing lies in its valid azimuth window; widen validStart/EndAzimuthDeg")
-        self.reach = float(self.turns.pattern(0).far_m.max())
         self.whole = self.rate == config.scan_rate_base_hz and config.accumulate_outputs
         if not self.whole:
             self._warn_partial()

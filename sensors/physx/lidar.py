@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from graph.base.limits import check
+from graph.base.records import dataclass
 from graph.sim.renderer.schedule import Tick
 from sensors.runtime import Measurement, SensorRuntime
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from graph.base.limits import check
+from graph.base.records import dataclass
 from graph.sim.renderer.schedule import Tick
 from sensors.runtime import Measurement, SensorRuntime
 

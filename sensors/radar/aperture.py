@@ -9,9 +9,10 @@ chapter 6; Harris, Proc. IEEE 66 (1978) 51-83).
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
+
+from graph.base.records import dataclass
 
 from .cells import Cells
 

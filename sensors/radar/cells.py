@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
+
+from graph.base.records import dataclass
 
 Along = tuple[float, float, int]
 """Lowest value, width of a cell, and count."""

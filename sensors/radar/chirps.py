@@ -10,7 +10,8 @@ v f T / B farther, and one at the range R seems R d / fP faster.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+
+from graph.base.records import dataclass
 
 from .cells import Cells
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 
 from graph.base.errors import UserError
 from graph.base.limits import allowed, most
+from graph.base.records import dataclass, field
 
 from .antenna import Pattern
 from .aperture import HALF, Aperture

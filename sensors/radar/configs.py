@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from graph.base.records import dataclass
 from graph.base.suggest import did_you_mean
 from sensors.configs.spelling import short_name, spellings
 from sensors.errors import SensorValueError

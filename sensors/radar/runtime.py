@@ -41,13 +41,17 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
             self._app.warn("sensor-attribute-unknown", f"{self.path}.{name}", reason)
         return read_config(prim)
 
+    @property
+    def reach(self) -> float:
+        """The longest range of its scans [m]."""
+        return max(scan.max_range_m for scan in self.config.scans)
+
     def configure(self) -> None:
         """Checks the rays of each scan configuration, which are made when they are first needed."""
         config, rays = self.config, self._app.fidelity.radar_rays
         self.coords = config.elements_coords_type
         self.frame_facts = {"frame_of_reference": config.output_frame_of_reference}
         self.bounces = min(self._app.fidelity.radar_bounces or max(1, config.trace_tree_depth), MOST_BOUNCES)
-        self.reach = max(scan.max_range_m for scan in config.scans)
         for scan in config.scans:
             across, up = scan.grid(rays)
             check("radar.rays", across * up, f"{self.path}: scan {scan.name} casts {across * up:,} rays")

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from graph.base.records import dataclass
 from graph.sim.arrays import array_of
 from graph.sim.usd import EARLIEST, UsdGeom
 

@@ -8,13 +8,13 @@ number, so that the line in a message of MuJoCo leads back to a file and a line.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 from graph.base import asset_roots
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.inputs import start_of
+from graph.base.records import dataclass, field
 
 from . import bounds, urdf
 from .source import Element, parse

@@ -7,12 +7,12 @@ MuJoCo gets the result. Like MuJoCo, and unlike XML, it accepts `--` and anythin
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers import expat
 
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.inputs import start_of
+from graph.base.records import dataclass, field
 
 MAX_TEXT = 64 * 2**20
 """Bytes of one XML file."""

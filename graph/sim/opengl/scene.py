@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from graph.base.errors import UserError
+from graph.base.records import dataclass
 from graph.sim.physics.mujoco.library import mujoco
 from graph.sim.transforms import Floats, pose_matrices
 

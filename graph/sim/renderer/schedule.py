@@ -75,6 +75,7 @@ class TickSchedule:
         "first_index",
         "index",
         "missed",
+        "next_due",
         "rate",
     )
 
@@ -97,14 +98,9 @@ class TickSchedule:
         self.missed = 0
         self._set_due()
 
-    @property
-    def next_due(self) -> Fraction:
-        """The grid time of the next tick [s]."""
-        return (self.index + 1) / self.rate
-
     def advance(self, time: Fraction) -> Tick | None:
         """The tick to render at external time `time`, or None; then waits for the next tick."""
-        return self._take(math.floor(time * self.rate), time)
+        return None if time < self.next_due else self._take(math.floor(time * self.rate), time)
 
     def bind(self, steps_per_second: Fraction) -> None:
         """From now on measures external time in steps: sets `due_step`, the first step count at which a tick is due."""
@@ -139,6 +135,7 @@ class TickSchedule:
         return Tick(newest, self.rate, time)
 
     def _set_due(self) -> None:
+        self.next_due = (self.index + 1) / self.rate
         if self._step_rate is not None:
             self.due_step = self.state_step(self.index + 1)
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from graph.base import asset_roots
+from graph.base.records import dataclass
 
 SENSORS = "/Isaac/Sensors/"
 MOST_NAMED = 3

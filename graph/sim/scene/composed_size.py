@@ -75,9 +75,11 @@ class _Count:
         """The sites of each child, once for each name."""
         by_name: dict[str, dict[Site, None]] = {}
         for identifier, path in self._with_arcs(sites):
+            between = "" if path.endswith(("/", "}")) else "/"  # at the root, in a variant, or below a prim
             for spec in self._specs(identifier, path):
-                for child in spec.nameChildren:
-                    by_name.setdefault(child.name, {})[identifier, str(child.path)] = None
+                names = spec.nameChildren.keys()  # the children themselves cost more
+                for name in names:
+                    by_name.setdefault(name, {})[identifier, f"{path}{between}{name}"] = None
         for found in by_name.values():
             yield tuple(found)
 
@@ -94,18 +96,21 @@ class _Count:
                     pending.append(more)
 
     def _added_by(self, identifier: str, path: str) -> Iterator[Site]:
-        specs = self._specs(identifier, path) if path != "/" else []
+        if path == "/":
+            return
+        specs = [(spec, spec.ListInfoKeys()) for spec in self._specs(identifier, path)]
         selected: dict[str, str] = {}
-        for spec in specs:
-            for name, choice in spec.variantSelections.items():
-                selected.setdefault(name, choice)
-        for spec in specs:
-            for name, variants in spec.variantSets.items():
+        for spec, keys in specs:
+            if "variantSelection" in keys:
+                for name, choice in spec.variantSelections.items():
+                    selected.setdefault(name, choice)
+        for spec, keys in specs:
+            for name, variants in spec.variantSets.items() if "variantSetNames" in keys else ():
                 for choice, variant in variants.variants.items():
                     if selected.get(name, choice) == choice:
                         yield identifier, str(variant.primSpec.path)
             for arc in _ARCS:
-                if spec.HasInfo(arc):
+                if arc in keys:
                     yield from self._named(identifier, spec.layer, spec.GetInfo(arc))
 
     def _named(self, identifier: str, author: Any, edits: Any) -> Iterator[Site]:

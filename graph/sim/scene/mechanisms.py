@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Collection, Iterable, Sequence
 from functools import cached_property
 from typing import Any
@@ -15,6 +16,8 @@ of these prims.
 """
 ROOT_API = "PhysicsArticulationRootAPI"
 BODY_API = "PhysicsRigidBodyAPI"
+PRODUCTS = "/Render"
+"""Graphs make render products below this prim while they run, which belong to no mechanism."""
 
 
 @dataclass(frozen=True)
@@ -129,8 +132,34 @@ class Mechanisms:
         return self.carriers(below[0]) if len(below) == 1 else {}
 
 
+class _Found:
+    """The mechanisms of one stage, until anything on it changes."""
+
+    last: _Found | None = None
+
+    def __init__(self, stage: Any) -> None:
+        from graph.sim.usd import Tf, Usd
+
+        self.stage = weakref.ref(stage)
+        self.mechanisms = _read(stage)
+        self._callback = self._forget  # USD holds it weakly
+        self._listener = Tf.Notice.Register(Usd.Notice.ObjectsChanged, self._callback, stage)
+
+    def _forget(self, notice: Any, sender: Any) -> None:
+        changed = (*notice.GetResyncedPaths(), *notice.GetChangedInfoOnlyPaths())
+        if _Found.last is self and not all(at_or_below(str(path), PRODUCTS) for path in changed):
+            _Found.last = None
+
+
 def mechanisms_of(stage: Any) -> Mechanisms:
-    """The mechanisms of a stage, instances included."""
+    """The mechanisms of a stage, instances included; read again only where the stage has changed."""
+    found = _Found.last
+    if found is None or found.stage() is not stage:
+        found = _Found.last = _Found(stage)
+    return found.mechanisms
+
+
+def _read(stage: Any) -> Mechanisms:
     from graph.sim.usd import EARLIEST, Usd, UsdPhysics
 
     roots: list[str] = []

@@ -81,3 +81,17 @@ def test_two_arms_on_one_table_are_two_articulations():
         stage.GetPrimAtPath(f"/World/{name}/mount").GetRelationship("physics:body0").SetTargets(["/World/Table"])
     found = mechanisms_of(stage)
     assert list(found.carriers("/World/Left/arm")) == ["/World/Left/base", "/World/Left/arm"]
+
+
+def test_they_are_kept_until_the_stage_changes():
+    stage, other = open_stage(), open_stage()
+    define_robot(stage, "/World/Arm", "link")
+    found = mechanisms_of(stage)
+    assert mechanisms_of(stage) is found
+    assert mechanisms_of(other).carriers("/World/Arm") == {}
+    assert list(mechanisms_of(stage).carriers("/World/Arm")) == ["/World/Arm/base", "/World/Arm/arm"]
+    kept = mechanisms_of(stage)
+    stage.DefinePrim("/Render/Product", "RenderProduct")
+    assert mechanisms_of(stage) is kept
+    stage.RemovePrim("/World/Arm/hinge")
+    assert list(mechanisms_of(stage).carriers("/World/Arm/base")) == ["/World/Arm/base"]
