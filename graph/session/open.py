@@ -259,7 +259,7 @@ def start(
     return Session(spec, app, runner, parts.drawn)
 
 
-def open_app(app_type: type[App], path: str | Path, **options: Any) -> App:
+def open_app(app_type: type[App], path: str | Path | FileSpec, **options: Any) -> App:
     """`App.from_file`: the App of an opened graph file, with its graphs bound to it. Options as in `open_session`.
 
     device: the knob of that name, as for `App`.

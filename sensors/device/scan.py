@@ -71,18 +71,22 @@ class DeviceScan:
             shape = (worlds, len(pattern)) if name in wanted else (0, 0)
             kind = wp.int32 if name == "surface" else kinds[width]
             setattr(self.channels, name, wp.zeros(shape, dtype=kind, device=device))
+        self._local: Any = None
+        self._mounted: Any = None
         self._every = upload(np.arange(worlds), np.int32)
 
     def mount(self, bodies: Any, local: np.ndarray) -> None:
-        """Places the sensors: `local` (4, 4) to the body that carries them, or to the world [m]."""
+        """Places the sensors: `local` (4, 4), or (w, 4, 4), to the body that carries them, or to the world [m]."""
         wp, geometry = warp(), self.geometry
-        about = np.array(local, np.float64)
-        if self.motion.carrier < 0:
-            about[:3, 3] -= geometry.anchor
+        if self._mounted is not local:
+            about = np.array(local, np.float64).reshape(-1, 4, 4)
+            if self.motion.carrier < 0:
+                about[:, :3, 3] -= geometry.anchor
+            self._local, self._mounted = wp.array(about, dtype=wp.mat44d, device=geometry.device), local
         wp.launch(
             self._kernels.mount,
             dim=geometry.worlds,
-            inputs=[bodies, self.motion.carrier, wp.mat44d(*about.reshape(-1))],
+            inputs=[bodies, self.motion.carrier, self._local],
             outputs=[self.rays.frames],
             device=geometry.device,
         )

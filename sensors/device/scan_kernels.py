@@ -182,12 +182,17 @@ def scan_of(*kinds: bool) -> Any:
 
 
 @wp.kernel
-def mount(bodies: wp.array2d(dtype=wp.mat44d), carrier: wp.int32, local: wp.mat44d, sensors: wp.array(dtype=wp.mat44d)):
-    """Sensors where their carriers are, (w,); local: sensor to carrier, to the anchor without a carrier."""
+def mount(
+    bodies: wp.array2d(dtype=wp.mat44d),
+    carrier: wp.int32,
+    local: wp.array(dtype=wp.mat44d),
+    sensors: wp.array(dtype=wp.mat44d),
+):
+    """Sensors where their carriers are, (w,); local: (1 or w,) to the carrier, to the anchor without a carrier."""
     world = wp.tid()
-    pose = local
+    pose = local[world % local.shape[0]]
     if carrier >= 0:
-        pose = bodies[world, carrier] * local
+        pose = bodies[world, carrier] * pose
     sensors[world] = pose
 
 

@@ -17,6 +17,7 @@ from graph.sim.renderer.schedule import TickSchedule
 
 from .geometry import Geometry
 from .scan import WIDTHS, DeviceScan
+from .start import Difference, Start, difference, start_of
 
 
 class WorldsLidar:
@@ -27,9 +28,11 @@ class WorldsLidar:
     velocity [m/s]. `stamp_ns` and `frame_id`: (worlds,) int64 of each world's newest scan, -1 before the first.
     """
 
-    def __init__(self, path: str, rate: Fraction, steps_per_second: Fraction, scan: DeviceScan, local: Any) -> None:
+    def __init__(
+        self, path: str, rate: Fraction, steps_per_second: Fraction, scan: DeviceScan, local: np.ndarray, bodies: Any
+    ) -> None:
         self.path, self.rate, self.channels = path, rate, scan.channels
-        self.scanner, self.local = scan, local
+        self.scanner, self.local, self.bodies = scan, local, bodies
         schedule = TickSchedule(rate, accumulates=True)
         schedule.bind(steps_per_second)
         self._first, self._newest, self._state = schedule.first_index, schedule.newest, schedule.state_step
@@ -59,10 +62,12 @@ class WorldsLidar:
 class Worlds:
     """`count` worlds of a graph file, each with its own state: `step()`, then read `lidars[path].channels`.
 
-    The graphs of the file are not evaluated in them; the warning `graphs-not-in-worlds` names them. device: "cuda",
-    "cuda:N" or "warp-cpu". channels: those of lidars, see `WorldsLidar`. contacts, rows: room for contacts and
-    constraint rows in a world. options: as for `App.from_file`. Raises UserError for what cannot run so: lidars whose
-    turns differ, with noise or sub-rays, or a physics rate that is not a multiple of the loop's.
+    World i has what `randomize:` draws with `seed` + i. device: "cuda", "cuda:N" or "warp-cpu". channels: those of
+    lidars, see `WorldsLidar`. contacts, rows: room for contacts and constraint rows in a world. options: as for
+    `App.from_file`. Graphs, other sensors than lidars, and what `graph.sim.physics` adds to MuJoCo's steps do not work
+    in worlds: the warnings `graphs-not-in-worlds`, `sensors-not-in-worlds` and `physics-not-in-worlds` name them.
+    Raises UserError for what cannot run so: lidars whose turns differ, with noise or sub-rays, drawn values that cannot
+    differ between worlds, or a physics rate that is not a multiple of the loop's.
     """
 
     def __init__(
@@ -78,15 +83,18 @@ class Worlds:
         **options: Any,
     ) -> None:
         from graph.sim.app import App
-        from sensors.raycast.shared import cast_world, surface_optics
+        from sensors.raycast.shared import cast_world
 
         if count < 1:
             raise UserError(f"worlds: count {count} is not above 0")
         if device == HOST:
             raise UserError('worlds run on "cuda", "cuda:N" or "warp-cpu"; for one world on the processor use App')
         self.device, self.count = device_of(device), count
+        draws = import_module("graph.session.by_world").WorldDraws(file, count, seed, options)
+        self.drawn: tuple[Mapping[str, Any], ...] = draws.values
+        """What `randomize:` of the file drew for each world, by its targets; world i has the seed `seed` + i."""
         self.app = app = App.from_file(file, seed=seed, **options)
-        """The App whose stage, physics and lidars every world has."""
+        """The App of world 0, whose plan, shapes and lidars all worlds have."""
         app.play()
         ratio = app.simulation.steps_per_second / app.loop_rate
         if ratio.denominator != 1:
@@ -94,38 +102,48 @@ class Worlds:
         self.substeps = int(ratio)
         self.steps = np.zeros(count, np.int64)
         """(w,) physics steps of each world since its start or reset."""
-        world = cast_world(app)
+        sensors = _lidars(app)
+        for sensor in sensors:
+            self._check(sensor)
+        start = start_of(app, sensors)
+        differences = self._differences(draws, start)
         engine: Any = app.physics
         self.physics: Any = None
         """mujoco-warp's `model` and `data`, see `graph.sim.physics.mujoco.device`; None where nothing moves."""
         if engine is not None:
             physics = import_module("graph.sim.physics.mujoco.device").DevicePhysics
-            self.physics = physics(engine, count, self.device, contacts, rows)
+            differing = {world: each.physics for world, each in differences.items()}
+            self.physics = physics(engine, count, self.device, contacts, rows, differing)
         paths = () if engine is None else engine.body_paths
-        wp = warp()
-        self._bodies = wp.zeros((count, len(paths)), dtype=wp.mat44d, device=self.device)
-        self._linear = wp.zeros((count, len(paths)), dtype=wp.vec3d, device=self.device)
-        self._angular = wp.zeros((count, len(paths)), dtype=wp.vec3d, device=self.device)
         number = {path: index for index, path in enumerate(paths)}
-        body_of = np.array(
-            [number.get(str(one.body), -1) if one.body else -1 for one in world.surfaces] or [-1], np.int32
-        )
+        body_of = np.array([number.get(str(one.body), -1) if one.body else -1 for one in start.surfaces], np.int32)
+        moved = sorted({surface for each in differences.values() for surface in each.surfaces})
+        body_of[moved] = np.arange(len(moved)) + len(paths)  # as if each stood on a body of its own
+        places = np.tile(np.eye(4), (count, len(paths) + len(moved), 1, 1))
+        for index, each in differences.items():
+            for surface, pose in each.surfaces.items():
+                places[index, body_of[surface]] = pose
+        wp = warp()
+        self._linear = wp.zeros(places.shape[:2], dtype=wp.vec3d, device=self.device)
+        self._angular = wp.zeros(places.shape[:2], dtype=wp.vec3d, device=self.device)
         self.lidars: dict[str, WorldsLidar] = {}
         """The lidars by the paths of their prims."""
-        for sensor in _lidars(app):
-            self._check(sensor)
-            geometry = self._geometry(world, body_of, sensor)
-            body = app.fabric.body_of(sensor.path)
-            pose = sensor.pose()
-            if body is not None:
-                pose = np.linalg.inv(np.asarray(app.fabric.rigid_matrices((body,), app.fabric.capture()))[0]) @ pose
-            pattern = sensor.turns.pattern(0)
-            carrier = number.get(body, -1) if body else -1
-            scan = DeviceScan(geometry, pattern, sensor.config, surface_optics(app), body_of, carrier, channels)
-            self.lidars[sensor.path] = WorldsLidar(
-                sensor.path, sensor.rate, app.simulation.steps_per_second, scan, pose
+        for sensor in sensors:
+            geometry = self._geometry(cast_world(app), body_of if len(body_of) else np.array([-1]), sensor)
+            mount = start.lidars[sensor.path]
+            local = np.array([mount.pose])
+            if any(sensor.path in each.lidars for each in differences.values()):
+                local = np.repeat(local, count, axis=0)
+                for index, each in differences.items():
+                    local[index] = each.lidars.get(sensor.path, mount.pose)
+            carrier = number.get(mount.carrier, -1) if mount.carrier else -1
+            scan = DeviceScan(
+                geometry, sensor.turns.pattern(0), sensor.config, start.optics, body_of, carrier, channels
             )
-        self._tell_graphs()
+            self.lidars[sensor.path] = WorldsLidar(
+                sensor.path, sensor.rate, app.simulation.steps_per_second, scan, local, geometry.place(places)
+            )
+        self._tell_left_out()
 
     # -- the loop ----------------------------------------------------------------------------------------------------
 
@@ -197,12 +215,33 @@ class Worlds:
 
     def _scan(self, due: list[tuple[WorldsLidar, np.ndarray]]) -> None:
         for lidar, worlds in due:
-            scan, geometry = lidar.scanner, lidar.scanner.geometry
-            if self.physics is not None and self._bodies.size:
-                self.physics.carry(geometry.anchor, self._bodies, self._linear, self._angular)
-            geometry.settle(self._bodies)
-            scan.mount(self._bodies, lidar.local)
-            scan.scan(self._bodies, self._linear, self._angular, None if len(worlds) == self.count else worlds)
+            scan, bodies = lidar.scanner, lidar.bodies
+            if self.physics is not None:
+                self.physics.carry(scan.geometry.anchor, bodies, self._linear, self._angular)
+            scan.geometry.settle(bodies)
+            scan.mount(bodies, lidar.local)
+            scan.scan(bodies, self._linear, self._angular, None if len(worlds) == self.count else worlds)
+
+    def _differences(self, draws: Any, start: Start) -> dict[int, Difference]:
+        """How worlds begin otherwise than world 0. Raises UserError for what is drawn and cannot differ."""
+        found: dict[int, Difference] = {}
+        without = []
+        for name, world in draws.targets.items():
+            with draws.playing(world, only=name) as app:
+                try:
+                    differs = difference(start, start_of(app, _lidars(app)))
+                except UserError as error:
+                    draws.refuse(name, error.problems[0].message)
+            if not differs:
+                without.append(name)
+        if len(without) < len(draws.targets):
+            for world in range(1, self.count):
+                with draws.playing(world) as app:
+                    found[world] = difference(start, start_of(app, _lidars(app)))
+        if without:
+            what = "lidars and physics of worlds do not depend on it; its value is that of each world's seed in drawn"
+            self.app.warn("randomize-not-in-worlds", ", ".join(without), what)
+        return found
 
     def _geometry(self, world: Any, body_of: np.ndarray, sensor: Any) -> Geometry:
         from sensors.raycast.standing import excluded
@@ -226,12 +265,24 @@ class Worlds:
         if reason:
             raise UserError(f"worlds: {sensor.path} cannot be scanned in many worlds: {reason}")
 
-    def _tell_graphs(self) -> None:
-        graphs = ", ".join(self.app.graphs)
-        if graphs:
-            self.app.warn(
-                "graphs-not-in-worlds", graphs, "graphs are not evaluated in worlds; set targets with drive()"
-            )
+    def _tell_left_out(self) -> None:
+        """Names once what the file has and worlds do not do."""
+        from sensors.lidar.names import PRIM_TYPE
+        from sensors.sensor_types import sensor_types
+
+        app, known = self.app, sensor_types()
+        prims = (prim for prim in app.stage.Traverse() if prim.GetTypeName() in known)
+        others = [str(prim.GetPath()) for prim in prims if prim.GetTypeName() != PRIM_TYPE]
+        physics = (
+            [] if app.physics is None else import_module("graph.sim.physics.mujoco.device_start").left_out(app.physics)
+        )
+        for what, names, why in (
+            ("graphs", [*app.graphs], "graphs are not evaluated in worlds; set targets with drive()"),
+            ("sensors", others, "only lidars measure in worlds; open the file as an App for these"),
+            ("physics", physics, "worlds do without it: physics there is MuJoCo's own step"),
+        ):
+            if names:
+                app.warn(f"{what}-not-in-worlds", ", ".join(names), why)
 
     def close(self) -> None:
         """Frees the template App."""

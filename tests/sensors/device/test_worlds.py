@@ -7,11 +7,35 @@ pytest.importorskip("warp", reason="pip install 'tickgraph[gpu]'")
 pytest.importorskip("mujoco_warp", reason="pip install 'tickgraph[gpu]'")
 
 from graph.base.errors import UserError
-from graph.sim import Worlds
+from graph.sim import App, Worlds
+from graph.spec.distributions import Stream, parse
+from sensors import render_product
+from sensors.annotators.annotator import Annotator
+from sensors.annotators.registry import find_annotator
 from tests.support.devices import DEVICES, WORLD
 
 LIDAR = "/World/Mast/lidar"
 SPEEDS = [[5], [0], [-5]]
+
+
+RANDOM = """\
+randomize:
+  /World/Ball.translate: uniform([1.5, -0.5, 0.4], [2.5, 0.5, 0.4])
+  /World/Ball.mass: uniform(0.5, 2)
+  /World/Wall.translate: uniform([3, 1, 0.5], [4, 2, 0.5])
+  /World/Mast/lidar.mount_translate: normal([0, 0, 0], 0.01)
+  /World/Mast/lidar.mount_rotate: normal([0, 0, 0], 1)
+  /World/turn.drive:angular:physics:damping: uniform(3, 9)
+"""
+
+
+def seen_by_an_app(file, seed):
+    """Ranges [m] of the first scan of the file in an App."""
+    with App.from_file(file, seed=seed) as app:
+        cloud = Annotator(find_annotator("IsaacExtractRTXSensorPointCloud"), app=app).attach(render_product(app, LIDAR))
+        app.play()
+        app.update(steps=6)
+        return cloud.get_data()["distance"]
 
 
 @pytest.fixture(scope="module")
@@ -87,17 +111,8 @@ def test_scans_come_at_their_exact_times_and_begin_again_after_a_reset(worlds):
 
 def test_the_first_scan_is_that_of_an_app(worlds, file):
     """The world whose mast stands against the same file in an App: a ball that falls for 0.1 s, to a millimetre."""
-    from graph.sim import App
-    from sensors import render_product
-    from sensors.annotators.annotator import Annotator
-    from sensors.annotators.registry import find_annotator
-
     ranges, _ = run(worlds, 6)
-    with App.from_file(file) as app:
-        cloud = Annotator(find_annotator("IsaacExtractRTXSensorPointCloud"), app=app).attach(render_product(app, LIDAR))
-        app.play()
-        app.update(steps=6)
-        seen = cloud.get_data()["distance"]
+    seen = seen_by_an_app(file, 0)
     assert len(seen) == np.count_nonzero(ranges[1])
     assert np.abs(ranges[1][ranges[1] > 0] - seen).max() < 1e-3
 
@@ -113,3 +128,63 @@ def test_wrong_shapes_counts_and_rates_are_refused_in_a_line(worlds, file, devic
         worlds.drive(velocities=np.zeros((3, 3), np.float32))
     with pytest.raises(UserError, match="one value for each of 3 worlds"):
         worlds.reset([True])
+
+
+def test_each_world_is_the_file_run_with_its_own_seed(device, tmp_path):
+    """Poses of a body and of what stands, a mass, a mounting error and a drive's gain differ by world."""
+    file = tmp_path / "random.yaml"
+    file.write_text(WORLD + RANDOM)
+    with Worlds(file, count=3, seed=5, device=device, channels=["distance"]) as worlds:
+        assert [one["/World/Ball.mass"] for one in worlds.drawn] == [
+            parse("uniform(0.5, 2)").draw(Stream(seed, "randomize /World/Ball.mass")) for seed in (5, 6, 7)
+        ]
+        ball = worlds.app.physics.body_paths.index("/World/Ball") + 1
+        masses = worlds.physics.model.body_mass.numpy()[:, ball]
+        assert masses == pytest.approx([one["/World/Ball.mass"] for one in worlds.drawn])
+        ranges, places = run(worlds, 6)
+        for world in range(3):
+            seen = seen_by_an_app(file, 5 + world)
+            assert len(seen) == np.count_nonzero(ranges[world])
+            assert np.abs(ranges[world][ranges[world] > 0] - seen).max() < 1e-3
+        worlds.reset()
+        again, there = run(worlds, 6)
+        assert np.abs(again - ranges).max() < 1e-4
+        assert np.abs(there - places).max() < 1e-4
+
+
+@pytest.mark.parametrize(
+    ("line", "why"),
+    [
+        ("/World/Ball.copies: integers(1, 9)", "worlds share their bodies and shapes"),
+        ("/World/Ball.radius: uniform(0.1, 0.3)", "it changes the shape of /World/Ball"),
+        ("/World/Wall.scale: uniform(1, 2)", "it changes the shape of /World/Wall"),
+        ("/World/Wall.material: choice(steel, concrete, wood, glass)", "it changes the material of surfaces"),
+        ("/World/Mast/lidar.config: choice(Example_Rotary_2D, RPLIDAR_S2E)", "it changes the lidar /World/Mast/lidar"),
+    ],
+)
+def test_what_cannot_differ_between_worlds_is_refused_by_name(line, why, tmp_path):
+    file = tmp_path / "random.yaml"
+    file.write_text(f"{WORLD}randomize:\n  {line}\n")
+    name = line.partition(":")[0]
+    with pytest.raises(UserError) as caught:
+        Worlds(file, count=8, seed=1, device="warp-cpu")
+    assert str(caught.value).startswith(f"{file}:{len(WORLD.splitlines()) + 2}:3: randomize: {name}: {why}")
+
+
+def test_what_worlds_do_not_do_is_named_once(tmp_path):
+    """A graph, a camera, a ball of limited speed, and a drawn value that only the camera would show."""
+    file = tmp_path / "more.yaml"
+    more = "    /World/Eye: {type: Camera, translate: [0, 0, 1]}\n"
+    text = WORLD.replace("clock:", f"{more}clock:").replace(
+        "mass: 1.0}", "mass: 1.0, attributes: {'physxRigidBody:maxLinearVelocity': 3.0}}"
+    )
+    graph = "graphs:\n  /World/G:\n    nodes:\n      tick: OnPlaybackTick\n"
+    file.write_text(f"{text}randomize:\n  /World/Eye.translate: uniform([0, 0, 1], [1, 1, 2])\n{graph}")
+    with Worlds(file, count=2, device="warp-cpu", channels=["distance"]) as worlds:
+        told = {one.code: one.where for one in worlds.app.warnings if one.code.endswith("-in-worlds")}
+    assert told == {
+        "randomize-not-in-worlds": "/World/Eye.translate",
+        "graphs-not-in-worlds": "/World/G",
+        "sensors-not-in-worlds": "/World/Eye",
+        "physics-not-in-worlds": "greatest speeds",
+    }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from copy import copy
 from importlib import import_module
 from typing import Any
@@ -11,6 +12,7 @@ import numpy as np
 from graph.base.errors import UserError
 from graph.sim.devices import refuse_beyond, warp
 
+from .device_start import STATE
 from .library import mujoco
 
 SPARE_CONTACTS, SPARE_ROWS = 4, 4
@@ -23,9 +25,10 @@ LEAST = 64
 class DevicePhysics:
     """The bodies of `worlds` worlds. engine: of one App that plays, whose state all worlds start from.
 
-    contacts, rows: room in a world, None: by the first state. Steps are MuJoCo's own in float32; restitution, friction
-    at bounces, and divided steps of `graph.sim.physics` act on the processor only. On a card, sums are in no fixed
-    order, so the last bits differ from run to run. Raises UserError for a model that mujoco-warp does not simulate.
+    contacts, rows: room in a world, None: by the first state. differences: of worlds that begin otherwise, see
+    `device_start.difference`. Steps are MuJoCo's own in float32; restitution, friction at bounces, and divided steps of
+    `graph.sim.physics` act on the processor only. On a card, sums are in no fixed order, so the last bits differ from
+    run to run. Raises UserError for a model that mujoco-warp does not simulate.
     """
 
     def __init__(
@@ -35,6 +38,7 @@ class DevicePhysics:
         device: Any,
         contacts: int | None = None,
         rows: int | None = None,
+        differences: Mapping[int, Mapping[str, np.ndarray]] | None = None,
     ) -> None:
         wp = warp()
         try:
@@ -56,12 +60,16 @@ class DevicePhysics:
             except NotImplementedError as error:
                 raise UserError(f"mujoco-warp does not simulate this model: {error}") from error
             self.data = self._mjw.put_data(model, data, nworld=worlds, nconmax=self.contacts, njmax=self.rows)
-            self._qpos, self._qvel = wp.clone(self.data.qpos), wp.clone(self.data.qvel)
-            self._ctrl = wp.clone(self.data.ctrl)
+            self._first = {name: wp.clone(getattr(self.data, name)) for name in STATE if getattr(self.data, name).size}
             self._roots = wp.array(np.asarray(model.body_rootid), dtype=wp.int32, device=device)
         self.paths: tuple[str, ...] = engine.body_paths
         """The bodies, as of the engine."""
-        self._drives = engine.drives
+        drives = engine.drives
+        self._gains = {"stiffness": drives.stiffness, "damping": drives.damping, "gains": drives.controls[1]}
+        self._gains = {name: np.asarray(each)[None] for name, each in self._gains.items()}
+        self._columns = wp.array(np.asarray(drives.controls[0], np.int32), device=device)
+        self._start = np.asarray(drives.targets)[None]
+        self._differing(differences or {})
         self.joints: tuple[str, ...] = tuple(joint.path for joint in engine.drives.joints)
         """The joints with drives."""
         self._targets: list[Any] = []
@@ -99,13 +107,10 @@ class DevicePhysics:
 
         wp, device = warp(), self._device
         if not self._targets:
-            drives = self._drives
-            start = np.tile(np.asarray(drives.targets, np.float32), (self.worlds, 1, 1))
-            columns, gains = drives.controls
-            shares = drives.stiffness / gains, drives.damping / gains
+            start = np.broadcast_to(self._start, (self.worlds, *self._start.shape[1:])).astype(np.float32)
+            shares = (self._gains[name] / self._gains["gains"] for name in ("stiffness", "damping"))
             self._targets = [wp.array(np.ascontiguousarray(start[..., axis]), device=device) for axis in (0, 1)]
             self._shares = [wp.array(np.asarray(each, np.float32), device=device) for each in shares]
-            self._columns = wp.array(np.asarray(columns, np.int32), device=device)
         for axis, values in enumerate((positions, velocities)):
             if values is not None:
                 self._targets[axis] = values
@@ -117,6 +122,32 @@ class DevicePhysics:
             device=device,
         )
 
+    def _differing(self, differences: Mapping[int, Mapping[str, np.ndarray]]) -> None:
+        """Gives worlds what they have otherwise than the engine; see `device_start.difference`."""
+        wp = warp()
+        for name in sorted({name for each in differences.values() for name in each}):
+            rows = {world: each[name] for world, each in differences.items() if name in each}
+            part, _, key = name.rpartition(".")
+            if part == "drives":
+                known = self._start if key == "targets" else self._gains[key]
+                found = np.repeat(known, self.worlds, axis=0)
+                found[list(rows)] = np.stack([*rows.values()])
+                if key == "targets":
+                    self._start = found
+                else:
+                    self._gains[key] = found
+                continue
+            owner = {"": self.model, "opt": self.model.opt, "data": self.data}[part]
+            old = getattr(owner, key)
+            here = old.numpy()
+            found = np.array(np.broadcast_to(here, (self.worlds, *here.shape[1:])))
+            for world, value in rows.items():
+                found[world] = np.reshape(value, here.shape[1:])
+            new = wp.array(found, dtype=old.dtype, shape=(self.worlds, *old.shape[1:]), device=self._device)
+            setattr(owner, key, new)
+            if part == "data":
+                self._first[key] = wp.clone(new)
+
     def carry(self, anchor: np.ndarray, bodies: Any, linear: Any, angular: Any) -> None:
         """Writes where the bodies are about an anchor (3,) [m], (w, b), and their velocities [m/s, rad/s]."""
         from . import device_kernels
@@ -125,7 +156,7 @@ class DevicePhysics:
         data = self.data
         warp().launch(
             device_kernels.carry,
-            dim=bodies.shape,
+            dim=(self.worlds, len(self.paths)),
             inputs=[data.xpos, data.xquat, data.cvel, data.subtree_com, self._roots, warp().vec3d(*anchor)],
             outputs=[bodies, linear, angular],
             device=self._device,
@@ -154,10 +185,15 @@ class DevicePhysics:
         wp = warp()
         with wp.ScopedDevice(self._device):
             self._mjw.reset_data(self.model, self.data, mask)
-            for now, first in (
-                (self.data.qpos, self._qpos),
-                (self.data.qvel, self._qvel),
-                (self.data.ctrl, self._ctrl),
-            ):
-                wp.launch(device_kernels.restore, dim=now.shape, inputs=[mask, first, now], device=self._device)
+            for name, first in self._first.items():
+                rows = [_numbers(each, self.worlds) for each in (first, getattr(self.data, name))]
+                wp.launch(device_kernels.restore, dim=rows[0].shape, inputs=[mask, *rows], device=self._device)
         self._refresh()
+
+
+def _numbers(array: Any, worlds: int) -> Any:
+    """The same memory as float32 numbers, (w, n): of vectors too."""
+    wp = warp()
+    return wp.array(
+        ptr=array.ptr, dtype=wp.float32, shape=(worlds, array.capacity // (4 * worlds)), device=array.device
+    )

@@ -68,12 +68,13 @@ def restore(mask: wp.array(dtype=wp.bool), first: wp.array2d(dtype=wp.float32), 
 def drive(
     positions: wp.array2d(dtype=wp.float32),
     velocities: wp.array2d(dtype=wp.float32),
-    stiffness: wp.array(dtype=wp.float32),
-    damping: wp.array(dtype=wp.float32),
+    stiffness: wp.array2d(dtype=wp.float32),
+    damping: wp.array2d(dtype=wp.float32),
     columns: wp.array(dtype=wp.int32),
     controls: wp.array2d(dtype=wp.float32),
 ):
-    """The controls that drives make of their targets; gains by those of their actuators (`drives`)."""
+    """The controls that drives make of their targets; gains (1 or w, j) by those of their actuators (`drives`)."""
     world, joint = wp.tid()
-    aim = stiffness[joint] * positions[world, joint] + damping[joint] * velocities[world, joint]
+    stiff, damped = stiffness[world % stiffness.shape[0], joint], damping[world % damping.shape[0], joint]
+    aim = stiff * positions[world, joint] + damped * velocities[world, joint]
     controls[world, columns[joint]] = aim
