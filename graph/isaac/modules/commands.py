@@ -128,17 +128,13 @@ def _physics_sensor(kind: str, default: str) -> Callable[..., Any]:
     def made(
         path: str = default, parent: Any = None, translation: Any = None, orientation: Any = None, **rest: Any
     ) -> Any:
-        from . import physics_sensors
+        from . import sensor_prims
 
         full = _free(_sensor_path(path, parent))
         known = {key: rest[key] for key in rest if key.endswith(("_filter_size", "threshold", "radius"))}
         for name in (key for key, value in rest.items() if key not in known and value is not None):
             tell_inert(f"omni.kit.commands: IsaacSensorCreate{kind}Sensor({name}=...)")
-        words = {
-            key.replace("_filter_size", "_filter_width"): value for key, value in known.items() if value is not None
-        }
-        type_ = getattr(physics_sensors, kind)
-        one = type_(full, **words)
+        one = getattr(sensor_prims, kind)(full, **known)
         put(
             one.prims[0],
             translation=(0, 0, 0) if translation is None else list(translation),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from inspect import Parameter, Signature
 from typing import Any, ClassVar
 
 import numpy as np
@@ -96,13 +97,20 @@ class _Typed(XformPrim):
 
 
 def _number(name: str, plural: str, kind: str = "double") -> tuple[Any, Any]:
-    def setter(self: Any, values: Any, *, indices: Any = None) -> None:
+    def setter(self: Any, *given: Any, indices: Any = None, **named: Any) -> None:
+        values = setter.__signature__.bind(self, *given, indices=indices, **named).arguments[plural]  # type: ignore[attr-defined]
         self._write(name, kind, values, indices)
 
     def getter(self: Any, *, indices: Any = None) -> Result:
         return self._numbers(name, indices)  # type: ignore[no-any-return]
 
     setter.__name__, getter.__name__ = f"set_{plural}", f"get_{plural}"
+    setter.__signature__ = Signature(  # type: ignore[attr-defined]
+        [
+            *(Parameter(one, Parameter.POSITIONAL_OR_KEYWORD) for one in ("self", plural)),
+            Parameter("indices", Parameter.KEYWORD_ONLY, default=None),
+        ]
+    )
     return setter, getter
 
 
@@ -216,7 +224,7 @@ class GroundPlane(GeomPrim):
         *,
         sizes: Any = 100.0,
         colors: Any = None,
-        templates: Any = None,
+        templates: Any = "wireframe-blue",
         positions: Any = None,
         translations: Any = None,
         orientations: Any = None,

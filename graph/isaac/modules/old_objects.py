@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from inspect import Parameter, Signature
 from typing import Any
 
 import numpy as np
@@ -45,11 +46,11 @@ class _Visual(SingleGeometryPrim):
 
     kind = "Cube"
 
-    def __init__(self, prim_path: str, name: str = "", *args: Any, **named: Any) -> None:
-        for key, value in zip(
-            ("position", "translation", "orientation", "scale", "visible", "color"), args, strict=False
-        ):
-            named.setdefault(key, value)
+    shown = "visual_cube"
+
+    def __init__(self, prim_path: str, name: str | None = None, *args: Any, **named: Any) -> None:
+        bound = type(self).__signature__.bind(prim_path, name, *args, **named)  # type: ignore[attr-defined]
+        named = {key: value for key, value in bound.arguments.items() if key not in ("prim_path", "name")}
         sizes = {one: named.pop(one, None) for one in _DEFAULTS[self.kind]}
         color, material = named.pop("color", None), named.pop("visual_material", None)
         physics = named.pop("physics_material", None)
@@ -64,7 +65,7 @@ class _Visual(SingleGeometryPrim):
             UsdGeom.Gprim(prim).CreateDisplayColorAttr().Set([shade])
         if new and named.get("position") is None and named.get("translation") is None:
             named["translation"] = (0.0, 0.0, 0.0)
-        self._take(prim_path, name or type(self).__name__.lower(), named)
+        self._take(prim_path, name or self.shown, named)
         if material is not None:
             self.apply_visual_material(material)
         if physics is not None:
@@ -126,8 +127,17 @@ class _Dynamic(_Fixed, SingleRigidPrim):
 
 
 def _made(base: Any, word: str, kind: str) -> Any:
-    shown = "Cuboid" if kind == "Cube" else kind
-    return type(f"{word}{shown}", (base,), {"kind": kind, "__module__": "isaacsim.core.api.objects"})
+    """A class such as DynamicCuboid, with the parameters of the original."""
+    usual = f"{word}_{kind}".lower()
+    sizes = tuple(_DEFAULTS[kind])
+    moving = ("mass", "density", "linear_velocity", "angular_velocity") if base is _Dynamic else ()
+    words = ("position", "translation", "orientation", "scale", "visible", "color", *sizes, "visual_material")
+    listed = [Parameter("prim_path", Parameter.POSITIONAL_OR_KEYWORD)]
+    for name in ("name", *words, *(("physics_material",) if base is not _Visual else ()), *moving):
+        default = usual if name == "name" else None
+        listed.append(Parameter(name, Parameter.POSITIONAL_OR_KEYWORD, default=default))
+    body = {"kind": kind, "shown": usual, "__signature__": Signature(listed), "__module__": "isaacsim.core.api.objects"}
+    return type(f"{word}{'Cuboid' if kind == 'Cube' else kind}", (base,), body)
 
 
 VisualCuboid, VisualSphere, VisualCylinder = (_made(_Visual, "Visual", one) for one in ("Cube", "Sphere", "Cylinder"))

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from graph.isaac.results import numbers
 from graph.isaac.session import app
 from graph.sim.usd import UsdGeom
 
@@ -193,6 +194,20 @@ class SingleRigidPrim(SingleXFormPrim):
 
     def set_density(self, density: float) -> None:
         self._view.set_densities(density)
+
+    def get_sleep_threshold(self) -> float:
+        found = self.prim.GetAttribute("physxRigidBody:sleepThreshold")
+        return float((found.Get() if found else None) or 0.0)
+
+    def set_sleep_threshold(self, threshold: float) -> None:
+        new.attribute(self.prim, "physxRigidBody:sleepThreshold", "float", float(threshold))
+
+    def get_com(self) -> tuple[np.ndarray, np.ndarray]:
+        positions, orientations = self._view.get_coms()
+        return positions.numpy()[0], orientations.numpy()[0]
+
+    def set_com(self, position: Any, orientation: Any) -> None:
+        self._view.set_coms(_row(position), _row(orientation))
 
     def enable_rigid_body_physics(self) -> None:
         self._view.set_enabled_rigid_bodies(True)
@@ -455,7 +470,8 @@ class _View:
 
     _wrapper: Any = XformPrim
 
-    def __init__(self, prim_paths_expr: Any, name: str = "view", *args: Any, **named: Any) -> None:
+    def __init__(self, prim_paths_expr: Any, name: str = "xform_prim_view", *args: Any, **named: Any) -> None:
+        named |= dict(zip(("positions", "translations", "orientations", "scales"), args, strict=False))
         pose = {key: value for key, value in _pose(named, one=False).items() if value is not None}
         self._view = self._wrapper(prim_paths_expr, **pose)
         self.name = name
@@ -485,7 +501,7 @@ class _View:
     def post_reset(self) -> None:
         self._view.reset_to_default_state()
 
-    def get_world_poses(self, indices: Any = None, clone: bool = True, usd: bool = True) -> Any:
+    def get_world_poses(self, indices: Any = None, usd: bool = True, clone: bool = True) -> Any:
         return tuple(one.numpy() for one in self._view.get_world_poses(indices=indices))
 
     def get_local_poses(self, indices: Any = None) -> Any:
@@ -510,6 +526,21 @@ class _View:
 
     def set_visibilities(self, visibilities: Any, indices: Any = None) -> None:
         self._view.set_visibilities(visibilities, indices=indices)
+
+    def get_world_scales(self, indices: Any = None) -> Any:
+        poses = [app().fabric.world_matrix(self._view.paths[one]) for one in numbers(indices, len(self._view))]
+        return np.linalg.norm(np.array(poses)[:, :3, :3], axis=1)
+
+    def apply_visual_materials(
+        self, visual_materials: Any, weaker_than_descendants: Any = None, indices: Any = None
+    ) -> None:
+        self._view.apply_visual_materials(visual_materials, indices=indices)
+
+    def get_applied_visual_materials(self, indices: Any = None) -> Any:
+        return self._view.get_applied_visual_materials(indices=indices)
+
+    def is_visual_material_applied(self, indices: Any = None) -> list[bool]:
+        return [one is not None for one in self.get_applied_visual_materials(indices)]
 
     def get_default_state(self) -> Any:
         return XFormPrimViewState(*self._view.get_default_state()[:2])
@@ -554,6 +585,12 @@ class GeometryPrim(_View):
 class RigidPrim(_View):
     _wrapper: Any = new.RigidPrim
 
+    def __init__(self, prim_paths_expr: Any, name: str = "rigid_prim_view", *args: Any, **named: Any) -> None:
+        super().__init__(prim_paths_expr, name, *args, **named)
+
+    def get_contact_force_data(self, indices: Any = None, clone: bool = True, dt: float = 1.0) -> tuple[Any, ...]:
+        return tuple(one.numpy() for one in self._view.get_contact_force_data(indices=indices, dt=dt))
+
     def get_masses(self, indices: Any = None, clone: bool = True) -> Any:
         return self._view.get_masses(indices=indices).numpy()[:, 0]
 
@@ -569,6 +606,9 @@ class RigidPrim(_View):
 
 class Articulation(_View):
     _wrapper: Any = new_articulation.Articulation
+
+    def __init__(self, prim_paths_expr: Any, name: str = "articulation_prim_view", *args: Any, **named: Any) -> None:
+        super().__init__(prim_paths_expr, name, *args, **named)
 
     @property
     def num_dof(self) -> int:

@@ -127,7 +127,7 @@ class XformPrim(Prim):
             out.append(np.linalg.norm(matrix[:3, :3], axis=1))
         return result(out)
 
-    def set_local_scales(self, scales: Any, *, indices: Any = None) -> None:
+    def set_local_scales(self, scales: Any = None, *, indices: Any = None) -> None:
         chosen = numbers(indices, len(self))
         given = rows(scales, len(chosen), 3, "scales")
         for row, one in enumerate(chosen):

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from graph.isaac.outcomes import inert
 from graph.sim.usd import Sdf, Usd, UsdGeom
 
 from .stage import get_current_stage
@@ -192,13 +191,30 @@ def remove_all_labels(prim: Any, *, remove_taxonomies: bool = False, include_des
     root = get_prim_at_path(prim)
     for one in Usd.PrimRange(root) if include_descendants else [root]:
         for name in [each.GetName() for each in one.GetAttributes()]:
-            if name.startswith("semantics:labels:"):
+            if not name.startswith("semantics:labels:"):
+                continue
+            one.GetAttribute(name).Set([])
+            if remove_taxonomies:
+                one.RemoveAppliedSchema(f"SemanticsLabelsAPI:{name.rpartition(':')[2]}")
                 one.RemoveProperty(name)
 
 
-@inert("isaacsim.core.experimental.utils.prim")
 def upgrade_prim_semantics_to_labels(prim: Any, *, include_descendants: bool = False) -> list[str]:
-    return []
+    """Turns labels of the former schema, `SemanticsAPI`, into present ones; gives the paths of the changed prims."""
+    root, changed = get_prim_at_path(prim), []
+    for one in list(Usd.PrimRange(root)) if include_descendants else [root]:
+        former = [str(name) for name in one.GetAppliedSchemas() if str(name).startswith("SemanticsAPI:")]
+        for schema in former:
+            name = f"semantic:{schema.partition(':')[2]}:params:semantic"
+            taxonomy, label = (one.GetAttribute(name + part).Get() for part in ("Type", "Data"))
+            if taxonomy and label:
+                add_labels(one, labels=[str(label)], taxonomy=str(taxonomy))
+            one.RemoveAppliedSchema(schema)
+            for part in ("Type", "Data"):
+                one.RemoveProperty(name + part)
+        if former:
+            changed.append(str(one.GetPath()))
+    return changed
 
 
 def create_bbox_cache(time: Any = None, *, use_extents_hint: bool = True, use_extents: bool = True) -> Any:
@@ -207,11 +223,16 @@ def create_bbox_cache(time: Any = None, *, use_extents_hint: bool = True, use_ex
 
 def compute_aabb(prim: Any, *, bbox_cache: Any = None, include_children: bool = False) -> np.ndarray:
     cache = bbox_cache or create_bbox_cache(use_extents_hint=False)
-    box = cache.ComputeWorldBound(get_prim_at_path(prim)).ComputeAlignedRange()
+    found = get_prim_at_path(prim)
+    if not found:
+        raise ValueError(f"there is no prim {prim}")
+    box = cache.ComputeWorldBound(found).ComputeAlignedRange()
     return np.array([*box.GetMin(), *box.GetMax()])
 
 
 def compute_combined_aabb(prims: list[Any], *, bbox_cache: Any = None) -> np.ndarray:
+    if not len(prims):
+        raise ValueError("give the prims whose common box is asked for; the list is empty")
     boxes = np.array([compute_aabb(one, bbox_cache=bbox_cache) for one in prims])
     return np.concatenate([boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)])
 

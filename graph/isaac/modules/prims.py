@@ -8,7 +8,7 @@ import numpy as np
 
 from graph.isaac.results import Result, numbers, result, rows, words
 from graph.isaac.session import app
-from graph.sim.usd import UsdGeom, UsdPhysics
+from graph.sim.usd import Gf, UsdGeom, UsdPhysics
 
 from .articulation import Articulation
 from .prim_base import Prim, XformPrim
@@ -84,6 +84,7 @@ class RigidPrim(XformPrim):
         super().__init__(paths, resolve_paths=resolve_paths, **pose)
         for prim in self.prims:
             UsdPhysics.RigidBodyAPI.Apply(prim)
+        self._filters = _filters(contact_filter_paths, self.paths)
         if masses is not None:
             self.set_masses(masses)
         if densities is not None:
@@ -179,6 +180,36 @@ class RigidPrim(XformPrim):
         chosen = numbers(indices, len(self))
         return result([[float(UsdPhysics.MassAPI(self.prims[one]).GetDensityAttr().Get() or 0.0)] for one in chosen])
 
+    def get_coms(self, *, indices: Any = None) -> tuple[Result, Result]:
+        """Centres of mass in the bodies' axes [stage units], and orientations of the principal axes."""
+        chosen, paths = self._bodies(indices)
+        found = [UsdPhysics.MassAPI(self.prims[one]) for one in chosen]
+        places = [np.array(one.GetCenterOfMassAttr().Get() or (0, 0, 0), float) for one in found]
+        turns = [one.GetPrincipalAxesAttr().Get() for one in found]
+        axes = [(1.0, 0.0, 0.0, 0.0) if one is None else (one.GetReal(), *one.GetImaginary()) for one in turns]
+        if app().physics is not None:
+            tensors = app().simulation.tensors
+            known = dict(zip(tensors.body_paths, tensors.centers_of_mass, strict=True))
+            for row, path in enumerate(paths):
+                if path in known:
+                    frame = app().fabric.rigid_matrices([path])[0]
+                    places[row] = frame[:3, :3].T @ (known[path] / app().meters_per_unit - frame[:3, 3])
+        # Without authored axes, PhysX names the body's own.
+        return result(places), result([(1.0, 0, 0, 0) if not any(one) else one for one in axes])
+
+    def set_coms(self, positions: Any = None, orientations: Any = None, *, indices: Any = None) -> None:
+        """Authored: they act from the next play on."""
+        chosen = numbers(indices, len(self))
+        places = rows(positions, len(chosen), 3, "positions")
+        turns = rows(orientations, len(chosen), 4, "orientations")
+        for row, one in enumerate(chosen):
+            api = UsdPhysics.MassAPI.Apply(self.prims[one])
+            if places is not None:
+                api.CreateCenterOfMassAttr().Set(tuple(map(float, places[row])))
+            if turns is not None:
+                w, *axis = map(float, turns[row])
+                api.CreatePrincipalAxesAttr().Set(Gf.Quatf(w, *axis))
+
     def set_enabled_gravities(self, enabled: Any, *, indices: Any = None) -> None:
         chosen = numbers(indices, len(self))
         for one, value in zip(chosen, words(enabled, len(chosen)), strict=True):
@@ -205,6 +236,48 @@ class RigidPrim(XformPrim):
         _, paths = self._bodies(indices)
         physics = app().physics
         return result([np.zeros(3) if physics is None else contact_force(physics, path) for path in paths])
+
+    @property
+    def num_contact_filters(self) -> int:
+        return len(self._filters[0]) if self._filters else 0
+
+    def get_contact_force_data(self, *, indices: Any = None, dt: float = 1.0) -> tuple[Result, ...]:
+        """The contacts of the last step with the filtered prims, all pairs (b bodies, f filters) one after another.
+
+        Forces along the normals (n, 1) times step over dt [N for dt = the step], points (n, 3) [stage units], normals
+        (n, 3), separations (n, 1) [stage units], counts and first rows of each pair (b, f).
+        """
+        chosen, paths = self._bodies(indices)
+        found: list[tuple[float, Any, Any, float]] = []
+        counts = np.zeros((len(chosen), self.num_contact_filters), np.int32)
+        starts = counts.copy()
+        unit, physics = app().meters_per_unit, app().physics
+        held = None if physics is None else physics.contacts()
+        for row, (one, path) in enumerate(zip(chosen, paths, strict=True)):
+            for column, other in enumerate(self._filters[one] if self._filters else ()):
+                starts[row, column] = len(found)
+                found += [] if held is None else _between(held, path, other, unit, dt)
+                counts[row, column] = len(found) - starts[row, column]
+        forces, points, normals, gaps = zip(*found, strict=True) if found else ((), (), (), ())
+        vectors = (np.reshape(one, (-1, 3)) for one in (points, normals))
+        flat = (np.reshape(one, (-1, 1)) for one in (forces, gaps))
+        (place, normal), (force, gap) = vectors, flat
+        return tuple(result(one) for one in (force, place, normal, gap)) + (
+            result(counts, np.int32),
+            result(starts, np.int32),
+        )
+
+    def get_contact_force_matrix(self, *, indices: Any = None, dt: float = 1.0) -> Result:
+        """(b, f, 3) total force on each body of each filtered prim [N for dt = the step]."""
+        chosen, paths = self._bodies(indices)
+        out, physics = np.zeros((len(chosen), self.num_contact_filters, 3)), app().physics
+        if physics is not None:
+            held = physics.contacts()
+            for row, (one, path) in enumerate(zip(chosen, paths, strict=True)):
+                for column, other in enumerate(self._filters[one] if self._filters else ()):
+                    for size, _, normal, _ in _between(held, path, other, 1.0, dt, whole=True):
+                        out[row, column] += size * np.asarray(normal)
+        return result(out)
 
     def is_physics_tensor_entity_valid(self) -> bool:
         return app().physics is not None
@@ -238,6 +311,35 @@ class RigidPrim(XformPrim):
         given = rows(values, len(chosen), None, "values")
         for one, value in zip(chosen, () if given is None else given, strict=True):
             made(self.prims[one]).Set(float(value))
+
+
+def _filters(given: Any, paths: list[str]) -> list[list[str]]:
+    """For each body the prims whose contacts with it are asked for; expressions count one prim a body."""
+    if given is None:
+        return []
+    listed = [given] if isinstance(given, str) else list(given)
+    if listed and not isinstance(listed[0], str):
+        return [list(map(str, one)) for one in listed]
+    resolved = [Prim.resolve_paths(one)[0] for one in listed]
+    return [[one[row] if len(one) == len(paths) else one[0] for one in resolved] for row in range(len(paths))]
+
+
+def _between(held: Any, body: str, other: str, unit: float, dt: float, *, whole: bool = False) -> list[Any]:
+    """Contacts of a body with a prim or what is below it: force, place, normal towards the body, gap.
+
+    whole: the force's size and direction instead of its part along the normal.
+    """
+    out = []
+    for row, (bodies, pair) in enumerate(zip(held.bodies, held.pairs, strict=True)):
+        sides = [{*map(str, one)} for one in zip(bodies, pair, strict=True)]
+        for mine, sign in ((0, -1.0), (1, 1.0)):
+            theirs = sides[1 - mine]
+            if body in sides[mine] and any(one == other or one.startswith(f"{other}/") for one in theirs if one):
+                normal, force = sign * held.normals[row], sign * held.forces[row] * held.dt / dt
+                size = float(np.linalg.norm(force)) if whole else float(force @ normal)
+                away = force / size if whole and size else normal
+                out.append((size, held.positions[row] / unit, away, held.distances[row] / unit))
+    return out
 
 
 def _turned(turns: Any, vectors: Any) -> np.ndarray:

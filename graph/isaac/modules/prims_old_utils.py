@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -12,16 +13,7 @@ from graph.isaac.session import app, app_or_none
 from graph.sim.usd import Sdf, Usd, UsdGeom
 
 from . import prim_utils
-from .prim_utils import (
-    add_labels,
-    compute_aabb,
-    compute_combined_aabb,
-    compute_obb,
-    compute_obb_corners,
-    get_labels,
-    get_obb_corners,
-    remove_labels,
-)
+from .prim_utils import get_labels, get_obb_corners
 from .prim_utils import find_matching_prim_paths as _matching
 from .stage import refer
 from .xforms import put
@@ -29,10 +21,13 @@ from .xforms import put
 __all__ = [
     "add_labels",
     "add_update_semantics",
+    "check_incorrect_labels",
+    "check_missing_labels",
     "compute_aabb",
     "compute_combined_aabb",
     "compute_obb",
     "compute_obb_corners",
+    "count_labels_in_scene",
     "create_bbox_cache",
     "create_prim",
     "define_prim",
@@ -70,10 +65,81 @@ __all__ = [
     "set_prim_property",
     "set_prim_visibility",
     "set_targets",
+    "upgrade_prim_semantics_to_labels",
 ]
-get_prim_attribute_names = prim_utils.get_prim_attribute_names
-get_prim_attribute_value = prim_utils.get_prim_attribute_value
-is_prim_non_root_articulation_link = prim_utils.is_prim_non_root_articulation_link
+
+
+def get_prim_attribute_names(prim_path: str, fabric: bool = False) -> list[str]:
+    return prim_utils.get_prim_attribute_names(prim_path)
+
+
+def get_prim_attribute_value(prim_path: str, attribute_name: str, fabric: bool = False) -> Any:
+    return prim_utils.get_prim_attribute_value(prim_path, attribute_name)
+
+
+def is_prim_non_root_articulation_link(prim_path: str) -> bool:
+    return prim_utils.is_prim_non_root_articulation_link(prim_path)
+
+
+def compute_aabb(bbox_cache: Any, prim_path: str, include_children: bool = False) -> np.ndarray:
+    return prim_utils.compute_aabb(prim_path, bbox_cache=bbox_cache, include_children=include_children)
+
+
+def compute_combined_aabb(bbox_cache: Any, prim_paths: list[str]) -> np.ndarray:
+    return prim_utils.compute_combined_aabb(prim_paths, bbox_cache=bbox_cache)
+
+
+def compute_obb(bbox_cache: Any, prim_path: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    return prim_utils.compute_obb(prim_path, bbox_cache=bbox_cache)
+
+
+def compute_obb_corners(bbox_cache: Any, prim_path: str) -> np.ndarray:
+    return prim_utils.compute_obb_corners(prim_path, bbox_cache=bbox_cache)
+
+
+def add_labels(prim: Any, labels: list[str], instance_name: str = "class", overwrite: bool = True) -> None:
+    if overwrite and prim.HasAttribute(f"semantics:labels:{instance_name}"):
+        prim.GetAttribute(f"semantics:labels:{instance_name}").Set([])
+    prim_utils.add_labels(prim, labels=labels, taxonomy=instance_name)
+
+
+def remove_labels(prim: Any, instance_name: str | None = None, include_descendants: bool = False) -> None:
+    for one in Usd.PrimRange(prim) if include_descendants else [prim]:
+        for name in [each.GetName() for each in one.GetAttributes()]:
+            taxonomy = name.removeprefix("semantics:labels:")
+            if taxonomy != name and instance_name in (None, taxonomy):
+                one.RemoveAppliedSchema(f"SemanticsLabelsAPI:{taxonomy}")
+                one.RemoveProperty(name)
+
+
+def upgrade_prim_semantics_to_labels(prim: Any, include_descendants: bool = False) -> int:
+    return len(prim_utils.upgrade_prim_semantics_to_labels(prim, include_descendants=include_descendants))
+
+
+def _labelled(prim_path: str | None) -> list[tuple[Any, list[str]]]:
+    """The geometry at and below a path, each with all its labels."""
+    root = app().stage.GetPrimAtPath(prim_path) if prim_path else app().stage.GetPseudoRoot()
+    shown = (one for one in Usd.PrimRange(root) if one.IsA(UsdGeom.Gprim))
+    return [(one, [label for held in get_labels(one).values() for label in held]) for one in shown]
+
+
+def check_missing_labels(prim_path: str | None = None) -> list[str]:
+    return [str(one.GetPath()) for one, labels in _labelled(prim_path) if not labels]
+
+
+def check_incorrect_labels(prim_path: str | None = None) -> list[list[str]]:
+    """Geometry whose path holds none of its labels, each with its first label."""
+    return [
+        [str(one.GetPath()), labels[0]]
+        for one, labels in _labelled(prim_path)
+        if labels and not any(label.lower() in str(one.GetPath()).lower() for label in labels)
+    ]
+
+
+def count_labels_in_scene(prim_path: str | None = None) -> dict[str, int]:
+    found = [labels for _, labels in _labelled(prim_path)]
+    counts = Counter(label for labels in found for label in labels)
+    return {"missing_labels": sum(not labels for labels in found), **counts}
 
 
 def get_prim_at_path(prim_path: Any, fabric: bool = False) -> Any:
@@ -117,7 +183,7 @@ def create_prim(
     if usd_path is not None:
         refer(prim, usd_path)
     if semantic_label is not None:
-        add_labels(prim, labels=[semantic_label], taxonomy=semantic_type)
+        add_labels(prim, [semantic_label], semantic_type)
     if UsdGeom.Xformable(prim):
         put(prim, position=position, translation=translation, orientation=orientation, scale=scale)
     return prim
@@ -270,7 +336,7 @@ def recompute_extents(prim: Any, time: Any = None, include_children: bool = Fals
 
 
 def add_update_semantics(prim: Any, semantic_label: str, type_label: str = "class", suffix: str = "") -> None:
-    add_labels(prim, labels=[semantic_label], taxonomy=type_label)
+    add_labels(prim, [semantic_label], type_label)
 
 
 def get_semantics(prim: Any) -> dict[str, tuple[str, str]]:

@@ -8,13 +8,14 @@ from typing import Any
 from graph.isaac.outcomes import inert, tell_inert
 from graph.isaac.session import RUN, app, kit
 from sensors import replicator as ours
-from sensors.annotators.annotator import Annotator
+from sensors.annotators.annotator import Annotator as OurAnnotator
 from sensors.products import remove_product
 from sensors.writers import AnnotatedWriter, AttachedWriter
 
 __all__ = [
     "Annotator",
     "AnnotatorRegistry",
+    "RenderProduct",
     "Writer",
     "WriterRegistry",
     "annotators",
@@ -74,6 +75,9 @@ class HydraTexture:
         return getattr(self._product, name)
 
 
+RenderProduct = HydraTexture
+
+
 def _bare(products: Any) -> Any:
     """Products as our annotators and writers take them."""
     if isinstance(products, (list, tuple)):
@@ -106,7 +110,7 @@ class _Create:
 create = _Create()
 
 
-class _Annotator(Annotator):
+class Annotator(OurAnnotator):
     """An annotator that takes render products in every form."""
 
     def attach(self, render_products: Any, *_: Any, **__: Any) -> Any:  # type: ignore[override]
@@ -132,7 +136,7 @@ def get_annotator(
     do_array_copy: bool = True,
 ) -> Any:
     made = ours.get_annotator(name, init_params, None, device, do_array_copy)
-    made.__class__ = _Annotator
+    made.__class__ = Annotator
     return made if render_products is None else made.attach(render_products)
 
 

@@ -65,12 +65,12 @@ class DifferentialController(BaseController):
 class ExperimentalDifferentialController:
     def __init__(
         self,
+        *,
         wheel_radius: float,
         wheel_base: float,
         max_linear_speed: float = 1e20,
         max_angular_speed: float = 1e20,
         max_wheel_speed: float = 1e20,
-        **_: Any,
     ) -> None:
         self._shape = wheel_radius, wheel_base, max_linear_speed, max_angular_speed, max_wheel_speed
 
@@ -168,6 +168,6 @@ class ExperimentalWheeledRobot(articulation.Articulation):
         super().__init__(paths, **pose)
         self._wheels = list(wheel_dof_names or [])
 
-    def apply_wheel_actions(self, actions: Any) -> None:
-        values = rows(actions, len(self), len(self._wheels), "actions")
+    def apply_wheel_actions(self, velocities: Any) -> None:
+        values = rows(velocities, len(self), len(self._wheels), "velocities")
         self.set_dof_velocity_targets(values, dof_indices=self.get_dof_indices(self._wheels))

@@ -22,6 +22,9 @@ class SemanticsAPI:
     def Get(cls, prim: Any, instance: str = "Semantics") -> SemanticsAPI:
         return cls(prim, instance)
 
+    def GetPrim(self) -> Any:
+        return self._prim
+
     def _attribute(self, name: str) -> Any:
         return self._prim.CreateAttribute(f"semantic:{self._instance}:params:{name}", Sdf.ValueTypeNames.String)
 

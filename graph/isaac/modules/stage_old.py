@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from graph.isaac.assets import local_path
 from graph.isaac.outcomes import inert
 from graph.isaac.session import app, kit
 from graph.sim.usd import UsdGeom
 
 from . import stage as new
-from .stage import delete_prim, get_current_stage, is_stage_loading, use_stage
+from .stage import delete_prim, is_stage_loading, use_stage
 from .usd import get_context, get_stage_next_free_path, save
 
 __all__ = [
@@ -30,6 +31,7 @@ __all__ = [
     "open_stage",
     "open_stage_async",
     "print_stage_prim_paths",
+    "remove_deleted_references",
     "save_stage",
     "set_livesync_stage",
     "set_stage_units",
@@ -39,6 +41,19 @@ __all__ = [
     "update_stage_async",
     "use_stage",
 ]
+
+
+def get_current_stage(fabric: bool = False) -> Any:
+    return new.get_current_stage(backend="fabric" if fabric else None)
+
+
+def remove_deleted_references() -> None:
+    """Removes references to files that are not there."""
+    for prim in get_current_stage().Traverse():
+        for spec in prim.GetPrimStack():
+            gone = [one for one in spec.referenceList.prependedItems if one.assetPath and not local_path(one.assetPath)]
+            for one in gone:
+                prim.GetReferences().RemoveReference(one)
 
 
 def add_reference_to_stage(usd_path: str, prim_path: str, prim_type: str = "Xform") -> Any:

@@ -33,7 +33,16 @@ TimelineEventType = IntEnum(
 )
 
 
-class Timeline:
+class _OfApp(type):
+    """Calls that only the App's timeline has are those of its class."""
+
+    def __getattr__(cls, name: str) -> Any:
+        from graph.sim.timing.timeline import Timeline as Ours
+
+        return getattr(Ours, name)
+
+
+class Timeline(metaclass=_OfApp):
     """`app.timeline`, with what Kit has beside it; the same object for the life of a script."""
 
     def __getattr__(self, name: str) -> Any:

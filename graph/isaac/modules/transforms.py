@@ -75,6 +75,8 @@ def _angles(matrices: np.ndarray, extrinsic: bool) -> np.ndarray:
     m = matrices if extrinsic else np.swapaxes(matrices, 1, 2)
     y = np.arcsin(np.clip(-m[:, 2, 0], -1, 1))
     x, z = np.arctan2(m[:, 2, 1], m[:, 2, 2]), np.arctan2(m[:, 1, 0], m[:, 0, 0])
+    locked = np.abs(m[:, 2, 0]) > 1 - 1e-7  # X and Z turn about one axis: X has it all
+    x, z = np.where(locked, np.arctan2(-m[:, 1, 2], m[:, 1, 1]), x), np.where(locked, 0.0, z)
     out = np.stack([x, y, z], axis=1)
     return out if extrinsic else -out
 
@@ -137,27 +139,29 @@ def quaternion_conjugate(quaternion: Any, *, dtype: Any = None, device: Any = No
     return result(_array(quaternion) * np.array([1, -1, -1, -1]))
 
 
-def look_at_matrix(eye: Any, target: Any, up: Any = None, *, epsilon: float = 1e-5) -> np.ndarray:
-    """(4, 4) pose of a camera, which looks along its -Z, with +Y up."""
-    place, aim = _array(eye), _array(target)
-    back = place - aim
-    back = back / (np.linalg.norm(back) or 1.0)
-    above = np.array([0.0, 0.0, 1.0]) if up is None else _array(up)
-    right = np.cross(above, back)
-    if np.linalg.norm(right) < epsilon:
-        right = np.cross([0.0, 1.0, 0.0], back)
-    right = right / np.linalg.norm(right)
-    out = np.eye(4)
-    out[:3, 0], out[:3, 1], out[:3, 2], out[:3, 3] = right, np.cross(back, right), back, place
-    return out
+def look_at_matrix(eye: Any, target: Any, up: Any = None, *, epsilon: float = 1e-5) -> Any:
+    """Gf.Matrix4d, the pose of a camera, which looks along its -Z, with +Y up."""
+    from graph.sim.usd import Gf
+
+    place, aim, above = (_array((0, 0, 1) if one is None else one) for one in (eye, target, up))
+    if np.linalg.norm(np.cross(above, aim - place)) < epsilon:
+        above = np.array([0.0, 1.0, 0.0]) if abs(above[1]) < 0.9 * np.linalg.norm(above) else np.array([1.0, 0.0, 0.0])
+    vectors = (Gf.Vec3d(*map(float, one)) for one in (place, aim, above))
+    return Gf.Matrix4d(1).SetLookAt(*vectors).GetInverse()
 
 
 def look_at_quaternion(eye: Any, target: Any, up: Any = None, *, dtype: Any = None, device: Any = None) -> Result:
-    return result(quaternion(look_at_matrix(eye, target, up)[:3, :3]))
+    places, aims = _array(eye), _array(target)
+    if places.shape != aims.shape:
+        raise ValueError(f"eye has shape {places.shape}, target {aims.shape}; give both the same")
+    pairs = zip(places.reshape(-1, 3), aims.reshape(-1, 3), strict=True)
+    turns = [quaternion(np.array(look_at_matrix(one, aim, up)).T[:3, :3]) for one, aim in pairs]
+    return result(np.reshape(turns, (*places.shape[:-1], 4)))
 
 
 def compute_relative_transform(source_to_world: Any, target_to_world: Any) -> np.ndarray:
-    out: np.ndarray = np.linalg.inv(_array(target_to_world)) @ _array(source_to_world)
+    """(4, 4) column-vector pose of the source in the target, of USD's row-vector matrices."""
+    out: np.ndarray = (_array(source_to_world) @ np.linalg.inv(_array(target_to_world))).T
     return out
 
 

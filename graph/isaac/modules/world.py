@@ -234,7 +234,7 @@ class SimulationContext:
         app().rendering.render()
         kit().turn()
 
-    def step(self, render: bool = True, step_sim: bool = True, update_fabric: bool = False) -> None:
+    def step(self, render: bool = True, update_fabric: bool = False) -> None:
         if render:
             kit().update()
         elif app().timeline.is_playing():
@@ -549,7 +549,9 @@ class World(SimulationContext):
     async def reset_async_no_set_up_scene(self, soft: bool = False) -> None:
         await self.reset_async(soft)
 
-    def step(self, render: bool = True, step_sim: bool = True, update_fabric: bool = False) -> None:
+    def step(  # type: ignore[override]
+        self, render: bool = True, step_sim: bool = True, update_fabric: bool = False
+    ) -> None:
         if self._built and step_sim:
             for task in self._tasks.values():
                 task.pre_step(self.current_time_step_index, self.current_time)
