@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -9,15 +10,17 @@ import numpy as np
 from graph.base.errors import RunError
 from graph.isaac.results import Result, numbers, result, rows, words
 from graph.isaac.session import app
+from graph.sim.scene.assets import missing_above
 from graph.sim.scene.mechanisms import mechanisms_of
 from graph.sim.usd import UsdPhysics
 
+from .articulation_properties import Properties
 from .prim_base import XformPrim
 
 __all__ = ["Articulation"]
 
 
-class Articulation(XformPrim):
+class Articulation(Properties, XformPrim):
     def __init__(self, paths: Any, *, resolve_paths: bool = True, **pose: Any) -> None:
         super().__init__(paths, resolve_paths=resolve_paths, **pose)
         self._targets: dict[str, np.ndarray] = {}
@@ -84,8 +87,9 @@ class Articulation(XformPrim):
 
     @property
     def link_paths(self) -> list[list[str]]:
+        """The base first, then what hangs on it, nearest first."""
         mechanisms = mechanisms_of(app().stage)
-        return [sorted(mechanisms.carriers(path)) for path in self.paths]
+        return [_from_the_base(path, mechanisms.carriers(path)) for path in self.paths]
 
     @property
     def num_links(self) -> int:
@@ -101,7 +105,9 @@ class Articulation(XformPrim):
         listed = [names] if isinstance(names, str) else list(names)
         for name in listed:
             if name not in known:
-                raise ValueError(f"{self.paths[0]} has no joint {name!r}; it has {', '.join(known) or 'none'}")
+                lack = missing_above(app().stage, self.paths[0])
+                why = f": {lack}" if lack and not known else f"; it has {', '.join(known) or 'none'}"
+                raise ValueError(f"{self.paths[0]} has no joint {name!r}{why}")
         return result([known[name] for name in listed], np.int32)
 
     get_joint_indices = get_dof_indices
@@ -343,6 +349,24 @@ class Articulation(XformPrim):
             self.set_dof_position_targets(positions)
         if (velocities := self._defaults.get("dof_velocities")) is not None:
             self.set_dof_velocities(velocities)
+
+
+def _from_the_base(root: str, links: Iterable[str]) -> list[str]:
+    held = sorted(links)
+    below: dict[str, list[str]] = {}
+    for prim in app().stage.Traverse():
+        joint = UsdPhysics.Joint(prim)
+        if joint:
+            ends = (joint.GetBody0Rel().GetTargets(), joint.GetBody1Rel().GetTargets())
+            first, second = (str(one[0]) if one else "" for one in ends)
+            if second in held:
+                below.setdefault(first if first in held else "", []).append(second)
+    children = {one for key, listed in below.items() if key for one in listed}
+    bases = [root] if root in held else [one for one in below.get("", []) if one not in children]
+    ordered = list(dict.fromkeys([*bases, *(one for one in held if one not in children)]))
+    for one in ordered:  # grows while it is walked
+        ordered += [child for child in below.get(one, []) if child not in ordered]
+    return [*ordered, *(one for one in held if one not in ordered)]
 
 
 def _api(prim: Any) -> Any:

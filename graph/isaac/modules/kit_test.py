@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Awaitable, Callable
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 from unittest import TestCase
 
 import numpy as np
@@ -56,7 +56,7 @@ async def load_test_file(test_file_name: str, use_caller_subdirectory: bool = Fa
     if not path.is_absolute() and frame is not None and frame.f_back is not None:
         folder = Path(frame.f_back.f_code.co_filename).parent
         path = folder / ("data" if use_caller_subdirectory else "") / path
-    return cast(tuple[bool, str], await get_context().open_stage_async(str(path)))
+    return await get_context().open_stage_async(str(path))
 
 
 def verify_values(expected_value: Any, actual_value: Any, error_message: str, tolerance: float = 1e-5) -> None:

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from graph.isaac.outcomes import inert
+from graph.isaac.parameters import renamed
 from graph.isaac.session import app
 from sensors import (
     SUPPORTED_LIDAR_CONFIGS,
@@ -140,11 +142,43 @@ class LidarRtx(SingleXFormPrim):
     def decode_stable_id_mapping(stable_id_mapping_raw: Any) -> dict[int, str]:
         return parse_stable_id_map_data(np.frombuffer(bytes(stable_id_mapping_raw), np.uint8))
 
-    def __getattr__(self, name: str) -> Any:
-        """`add_..._data_to_frame`, `remove_...`: the flat scan has them all."""
-        if name.startswith(("add_", "remove_")) and name.endswith("_to_frame"):
-            call = self.attach_annotator if name.startswith("add_") else self.detach_annotator
-            cloud = "point_cloud" in name
-            chosen = "IsaacExtractRTXSensorPointCloudNoAccumulator" if cloud else "IsaacComputeRTXLidarFlatScan"
-            return lambda *_, **__: call(chosen)
-        raise AttributeError(f"LidarRtx has no {name}")
+    @staticmethod
+    def make_add_remove_deprecated_attr(deprecated_attr: str) -> list[Any]:
+        """The calls `add_..._to_frame` and `remove_..._to_frame` of a former part of the frame."""
+        cloud = "point_cloud" in deprecated_attr
+        chosen = "IsaacExtractRTXSensorPointCloudNoAccumulator" if cloud else "IsaacComputeRTXLidarFlatScan"
+
+        def add(self: LidarRtx) -> None:
+            self.attach_annotator(chosen)
+
+        def remove(self: LidarRtx) -> None:
+            self.detach_annotator(chosen)
+
+        calls = [(add, f"add_{deprecated_attr}_to_frame"), (remove, f"remove_{deprecated_attr}_to_frame")]
+        return [renamed(call, name) for call, name in calls]
+
+    @inert("isaacsim.sensors.rtx")
+    def get_num_rows(self) -> int | None:
+        return None
+
+    @inert("isaacsim.sensors.rtx")
+    def get_num_cols(self) -> int | None:
+        return None
+
+    @inert("isaacsim.sensors.rtx")
+    def get_horizontal_resolution(self) -> float | None:
+        return None
+
+    @inert("isaacsim.sensors.rtx")
+    def get_horizontal_fov(self) -> float | None:
+        return None
+
+    @inert("isaacsim.sensors.rtx")
+    def get_azimuth_range(self) -> tuple[float, float] | None:
+        return None
+
+
+_PARTS = ("point_cloud_data", "linear_depth_data", "intensities_data", "range_data", "azimuth_data", "elevation_data")
+for _part in (*_PARTS, "azimuth_range", "horizontal_resolution"):
+    for _call in LidarRtx.make_add_remove_deprecated_attr(_part):
+        setattr(LidarRtx, _call.__name__, _call)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from inspect import Parameter, Signature
 from typing import Any, ClassVar
 
 import numpy as np
 
 from graph.isaac.outcomes import inert
+from graph.isaac.parameters import renamed
 from graph.isaac.results import Result, numbers, result, rows, words
 from graph.sim.usd import Sdf, UsdGeom, UsdPhysics
 
@@ -97,21 +97,13 @@ class _Typed(XformPrim):
 
 
 def _number(name: str, plural: str, kind: str = "double") -> tuple[Any, Any]:
-    def setter(self: Any, *given: Any, indices: Any = None, **named: Any) -> None:
-        values = setter.__signature__.bind(self, *given, indices=indices, **named).arguments[plural]  # type: ignore[attr-defined]
+    def setter(self: Any, values: Any, *, indices: Any = None) -> None:
         self._write(name, kind, values, indices)
 
     def getter(self: Any, *, indices: Any = None) -> Result:
         return self._numbers(name, indices)  # type: ignore[no-any-return]
 
-    setter.__name__, getter.__name__ = f"set_{plural}", f"get_{plural}"
-    setter.__signature__ = Signature(  # type: ignore[attr-defined]
-        [
-            *(Parameter(one, Parameter.POSITIONAL_OR_KEYWORD) for one in ("self", plural)),
-            Parameter("indices", Parameter.KEYWORD_ONLY, default=None),
-        ]
-    )
-    return setter, getter
+    return renamed(setter, f"set_{plural}", plural, indices=True), renamed(getter, f"get_{plural}", indices=True)
 
 
 class Shape(_Typed, GeomPrim):
@@ -197,6 +189,45 @@ class Mesh(Shape):
             if vertex_counts is not None:
                 self.geoms[one].CreateFaceVertexCountsAttr().Set([int(v) for v in np.asarray(vertex_counts[row])])
 
+    def get_face_specs(self, *, indices: Any = None) -> tuple[list[Result], list[Result], list[str]]:
+        found = [self.geoms[one] for one in numbers(indices, len(self))]
+        return (
+            [result(one.GetFaceVertexIndicesAttr().Get() or (), np.int32) for one in found],
+            [result(one.GetFaceVertexCountsAttr().Get() or (), np.int32) for one in found],
+            [str(one.GetFaceVaryingLinearInterpolationAttr().Get()) for one in found],
+        )
+
+    def set_normals(self, normals: Any, *, indices: Any = None) -> None:
+        for one, values in zip(numbers(indices, len(self)), normals, strict=True):
+            self.geoms[one].CreateNormalsAttr().Set([tuple(map(float, normal)) for normal in np.asarray(values)])
+
+    def get_normals(self, *, indices: Any = None) -> list[Result]:
+        found = [self.geoms[one].GetNormalsAttr().Get() or () for one in numbers(indices, len(self))]
+        return [result(np.reshape(one, (-1, 3))) for one in found]
+
+    def set_subdivision_specs(
+        self,
+        subdivision_schemes: Any = None,
+        interpolate_boundaries: Any = None,
+        triangle_subdivision_rules: Any = None,
+        *,
+        indices: Any = None,
+    ) -> None:
+        chosen = numbers(indices, len(self))
+        given = (subdivision_schemes, interpolate_boundaries, triangle_subdivision_rules)
+        for name, values in zip(_SUBDIVISION, given, strict=True):
+            for one, value in zip(
+                chosen, () if values is None else words(values, len(chosen)), strict=values is not None
+            ):
+                self.prims[one].GetAttribute(name).Set(value)
+
+    def get_subdivision_specs(self, *, indices: Any = None) -> tuple[list[str], ...]:
+        chosen = [self.prims[one] for one in numbers(indices, len(self))]
+        return tuple([str(prim.GetAttribute(name).Get()) for prim in chosen] for name in _SUBDIVISION)
+
+
+_SUBDIVISION = ("subdivisionScheme", "interpolateBoundary", "triangleSubdivisionRule")
+
 
 def _primitive(name: str) -> tuple[np.ndarray, list[int], list[int]]:
     """Points, counts and indices of a mesh with edge or diameter 1, from the tessellation of rays."""
@@ -270,6 +301,15 @@ class GroundPlane(GeomPrim):
 
     def get_enabled_collisions(self, *, indices: Any = None) -> Result:
         return self.planes.get_enabled_collisions(indices=indices)
+
+    def get_applied_physics_materials(self, *, indices: Any = None) -> list[Any]:
+        return self.planes.get_applied_physics_materials(indices=indices)
+
+    def set_offsets(self, contact_offsets: Any = None, rest_offsets: Any = None, *, indices: Any = None) -> None:
+        self.planes.set_offsets(contact_offsets, rest_offsets, indices=indices)
+
+    def get_offsets(self, *, indices: Any = None) -> tuple[Result, Result]:
+        return self.planes.get_offsets(indices=indices)
 
     @inert("isaacsim.core.experimental.objects")
     def apply_visual_templates(self, templates: Any, *, indices: Any = None) -> None:

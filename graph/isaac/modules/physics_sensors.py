@@ -74,7 +74,9 @@ class IMUSensor(_Paced):
         one = self._sensor.get_sensor_reading(read_gravity)
         short = {"linear_acceleration": "lin_acc", "angular_velocity": "ang_vel"}
         flat = {f"{two}_{axis}": getattr(one, f"{name}_{axis}") for name, two in short.items() for axis in "xyz"}
-        return SimpleNamespace(is_valid=one.is_valid, time=one.time, orientation=np.array(list(one.orientation)), **flat)
+        return SimpleNamespace(
+            is_valid=one.is_valid, time=one.time, orientation=np.array(list(one.orientation)), **flat
+        )
 
     def get_current_frame(self, read_gravity: bool = True) -> dict[str, Any]:
         found = self._sensor.get_data(read_gravity)

@@ -9,6 +9,7 @@ import numpy as np
 from graph.isaac.results import Result, numbers, result, rows, words
 from graph.isaac.session import app
 from graph.sim.usd import Gf, UsdGeom, UsdPhysics
+from sensors.inertial import attribute_of
 
 from .articulation import Articulation
 from .prim_base import Prim, XformPrim
@@ -67,6 +68,40 @@ class GeomPrim(XformPrim):
             for one, row in zip(chosen, range(len(chosen)), strict=True):
                 if given is not None:
                     attribute(self.prims[one], f"physxCollision:{name}", "float", float(given[row]))
+
+    def get_offsets(self, *, indices: Any = None) -> tuple[Result, Result]:
+        """Contact and rest offsets [stage units]; PhysX's own choice is -inf."""
+        chosen = [self.prims[one] for one in numbers(indices, len(self))]
+        names = ("contactOffset", "restOffset")
+        found = [[[attribute_of(prim, f"physxCollision:{name}", -np.inf)] for prim in chosen] for name in names]
+        return result(found[0]), result(found[1])
+
+    def get_collision_approximations(self, *, indices: Any = None) -> list[str]:
+        chosen = [self.prims[one] for one in numbers(indices, len(self))]
+        return [str(attribute_of(prim, "physics:approximation", "none")) for prim in chosen]
+
+    def get_applied_physics_materials(self, *, indices: Any = None) -> list[Any]:
+        from graph.sim.usd import UsdShade
+
+        from .materials import RigidBodyMaterial
+
+        found = [UsdShade.MaterialBindingAPI(self.prims[one]) for one in numbers(indices, len(self))]
+        bound = [one.GetDirectBinding("physics").GetMaterial() for one in found]
+        return [RigidBodyMaterial(str(one.GetPath())) if one else None for one in bound]
+
+    def set_torsional_patch_radii(self, radii: Any, *, indices: Any = None, minimum: bool = False) -> None:
+        chosen = numbers(indices, len(self))
+        given = rows(radii, len(chosen), None, "radii")
+        for one, value in zip(chosen, () if given is None else given, strict=True):
+            attribute(self.prims[one], f"physxCollision:{_patch(minimum)}", "float", float(value))
+
+    def get_torsional_patch_radii(self, *, indices: Any = None, minimum: bool = False) -> Result:
+        chosen = [self.prims[one] for one in numbers(indices, len(self))]
+        return result([[attribute_of(prim, f"physxCollision:{_patch(minimum)}", 0.0)] for prim in chosen])
+
+
+def _patch(minimum: bool) -> str:
+    return "minTorsionalPatchRadius" if minimum else "torsionalPatchRadius"
 
 
 class RigidPrim(XformPrim):
@@ -210,6 +245,48 @@ class RigidPrim(XformPrim):
                 w, *axis = map(float, turns[row])
                 api.CreatePrincipalAxesAttr().Set(Gf.Quatf(w, *axis))
 
+    def get_inertias(self, *, indices: Any = None, inverse: bool = False) -> Result:
+        """(N, 9) about the centres of mass, along the bodies' axes."""
+        _, paths = self._bodies(indices)
+        known = {}
+        if app().physics is not None:
+            tensors = app().simulation.tensors
+            known = dict(zip(tensors.body_paths, tensors.inertias, strict=True))
+        found = [known.get(path, np.zeros((3, 3))) for path in paths]
+        return result([(np.linalg.pinv(one) if inverse else one).reshape(9) for one in found])
+
+    def set_inertias(self, inertias: Any, *, indices: Any = None) -> None:
+        """The diagonals of (N, 9), about the principal axes; they act from the next play on."""
+        chosen = numbers(indices, len(self))
+        given = rows(inertias, len(chosen), 9, "inertias")
+        for row, one in enumerate(chosen):
+            if given is not None:
+                api = UsdPhysics.MassAPI.Apply(self.prims[one])
+                api.CreateDiagonalInertiaAttr().Set(tuple(map(float, given[row][[0, 4, 8]])))
+
+    def get_sleep_thresholds(self, *, indices: Any = None) -> Result:
+        chosen = [self.prims[one] for one in numbers(indices, len(self))]
+        return result([[attribute_of(prim, "physxRigidBody:sleepThreshold", 0.00005)] for prim in chosen])
+
+    def set_sleep_thresholds(self, thresholds: Any, *, indices: Any = None) -> None:
+        chosen = numbers(indices, len(self))
+        given = rows(thresholds, len(chosen), None, "thresholds")
+        for one, value in zip(chosen, () if given is None else given, strict=True):
+            attribute(self.prims[one], "physxRigidBody:sleepThreshold", "float", float(value))
+
+    def get_enabled_contact_tracking(self, *, indices: Any = None) -> Result:
+        chosen = [self.prims[one] for one in numbers(indices, len(self))]
+        return result([["PhysxContactReportAPI" in map(str, prim.GetAppliedSchemas())] for prim in chosen], bool)
+
+    def set_enabled_contact_tracking(self, enabled: Any, *, indices: Any = None, threshold: float = 0.0) -> None:
+        chosen = numbers(indices, len(self))
+        for one, value in zip(chosen, words(enabled, len(chosen)), strict=True):
+            prim = self.prims[one]
+            change = prim.AddAppliedSchema if np.all(value) else prim.RemoveAppliedSchema
+            change("PhysxContactReportAPI")
+            if np.all(value):
+                attribute(prim, "physxContactReport:threshold", "float", float(threshold))
+
     def set_enabled_gravities(self, enabled: Any, *, indices: Any = None) -> None:
         chosen = numbers(indices, len(self))
         for one, value in zip(chosen, words(enabled, len(chosen)), strict=True):
@@ -262,10 +339,8 @@ class RigidPrim(XformPrim):
         vectors = (np.reshape(one, (-1, 3)) for one in (points, normals))
         flat = (np.reshape(one, (-1, 1)) for one in (forces, gaps))
         (place, normal), (force, gap) = vectors, flat
-        return tuple(result(one) for one in (force, place, normal, gap)) + (
-            result(counts, np.int32),
-            result(starts, np.int32),
-        )
+        numbers_of = (result(one, np.int32) for one in (counts, starts))
+        return (*(result(one) for one in (force, place, normal, gap)), *numbers_of)
 
     def get_contact_force_matrix(self, *, indices: Any = None, dt: float = 1.0) -> Result:
         """(b, f, 3) total force on each body of each filtered prim [N for dt = the step]."""

@@ -13,8 +13,8 @@ from graph.isaac.session import app, app_or_none
 from graph.sim.usd import Sdf, Usd, UsdGeom
 
 from . import prim_utils
-from .prim_utils import get_labels, get_obb_corners
 from .prim_utils import find_matching_prim_paths as _matching
+from .prim_utils import get_labels, get_obb_corners
 from .stage import refer
 from .xforms import put
 
@@ -127,12 +127,16 @@ def check_missing_labels(prim_path: str | None = None) -> list[str]:
     return [str(one.GetPath()) for one, labels in _labelled(prim_path) if not labels]
 
 
-def check_incorrect_labels(prim_path: str | None = None) -> list[list[str]]:
-    """Geometry whose path holds none of its labels, each with its first label."""
+def check_incorrect_labels(prim_path: str | None = None, validate_against_prim_path: bool = False) -> list[list[str]]:
+    """Geometry whose path, or only its name, holds none of its labels: each with its first label."""
+
+    def shown(prim: Any) -> str:
+        return str(prim.GetPath() if validate_against_prim_path else prim.GetName())
+
     return [
         [str(one.GetPath()), labels[0]]
         for one, labels in _labelled(prim_path)
-        if labels and not any(label.lower() in str(one.GetPath()).lower() for label in labels)
+        if labels and not any(label.lower() in shown(one).lower() for label in labels)
     ]
 
 

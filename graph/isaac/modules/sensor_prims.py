@@ -135,7 +135,8 @@ class Contact(SensorPrim):
                 setter(value)
 
     def get_radius(self) -> float | None:
-        return attribute_of(self.prim, "radius", None)
+        found: float | None = attribute_of(self.prim, "radius", None)
+        return found
 
     def set_radius(self, value: float) -> None:
         attribute(self.prim, "radius", "float", float(value))

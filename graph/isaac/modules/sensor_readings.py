@@ -45,7 +45,7 @@ class Quaternion:
         return iter((self.x, self.y, self.z, self.w))
 
     def __len__(self) -> int:
-        return 4
+        return len(list(iter(self)))
 
     def __getitem__(self, index: int) -> float:
         return (self.x, self.y, self.z, self.w)[index]
@@ -143,8 +143,6 @@ class _Sensor:
     def on_timeline_stop(self) -> None:
         self.reset()
 
-    def on_physics_step(self, step_dt: float) -> None: ...
-
 
 class _Authored(_Sensor):
     """A sensor with a prim of its own, given by its path or by the object that authors it."""
@@ -196,8 +194,10 @@ class IMUSensor(_Authored):
         if found is None:
             return IMUSensorReading()
         x, y, z, w = map(float, found.orientation)
-        felt, turned = map(float, found.acceleration), map(float, found.angular_velocity)
-        return IMUSensorReading(*felt, *turned, Quaternion(w, x, y, z), found.time, True)
+        named = {f"linear_acceleration_{axis}": float(one) for axis, one in zip("xyz", found.acceleration, strict=True)}
+        for axis, one in zip("xyz", found.angular_velocity, strict=True):
+            named[f"angular_velocity_{axis}"] = float(one)
+        return IMUSensorReading(orientation=Quaternion(w, x, y, z), time=found.time, is_valid=True, **named)
 
     def get_data(self, read_gravity: bool = True) -> dict[str, Any]:
         one = self.get_sensor_reading(read_gravity)
@@ -412,6 +412,4 @@ class RaycastSensor(_Authored):
     def get_data(self) -> dict[str, Any]:
         one = self.get_sensor_reading()
         names = ("depths", "hit_positions", "hit_normals", "hit_prim_paths", "time")
-        return {name: getattr(one, name) for name in names} | {
-            "physics_step": app().simulation.get_num_physics_steps()
-        }
+        return {name: getattr(one, name) for name in names} | {"physics_step": app().simulation.get_num_physics_steps()}

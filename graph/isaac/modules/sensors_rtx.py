@@ -20,7 +20,7 @@ from sensors.lidar.sensor import LidarSensor as OurLidarSensor
 from sensors.radar.authoring import Radar as OurRadar
 from sensors.radar.configs import SUPPORTED_RADAR_CONFIGS
 from sensors.radar.sensor import RadarSensor as OurRadarSensor
-from sensors.surfaces.ids import parse_object_ids, parse_stable_id_map_data
+from sensors.surfaces import ids
 from sensors.writers import register_writer_spec, unregister_writer_spec
 
 __all__ = [
@@ -48,6 +48,14 @@ __all__ = [
     "unregister_annotator_spec",
     "unregister_writer_spec",
 ]
+
+
+def parse_object_ids(obj_ids: Any) -> list[int]:
+    return ids.parse_object_ids(obj_ids)
+
+
+def parse_stable_id_map_data(data: Any) -> dict[int, str]:
+    return ids.parse_stable_id_map_data(data)
 
 
 class _Authoring:
@@ -102,10 +110,42 @@ class _Authoring:
         return super().create(path, usd_path=usd_path, config=config, **options)  # type: ignore[misc]
 
 
-class Lidar(_Authoring, OurLidar): ...
+class Lidar(_Authoring, OurLidar):
+    def __init__(
+        self,
+        path: str,
+        *,
+        accumulate_outputs: bool | None = True,
+        aux_output_level: str = "NONE",
+        tick_rate: float | None = None,
+        schemas: list[str] | None = None,
+        attributes: dict[str, Any] | None = None,
+        positions: Any = None,
+        translations: Any = None,
+        orientations: Any = None,
+        scales: Any = None,
+        reset_xform_op_properties: bool = True,
+        **of_app: Any,
+    ) -> None:
+        super().__init__(
+            path,
+            accumulate_outputs=accumulate_outputs,
+            aux_output_level=aux_output_level,
+            tick_rate=tick_rate,
+            schemas=schemas,
+            attributes=attributes,
+            positions=positions,
+            translations=translations,
+            orientations=orientations,
+            scales=scales,
+            reset_xform_op_properties=reset_xform_op_properties,
+            **of_app,
+        )
 
 
-class Radar(_Authoring, OurRadar): ...
+class Radar(_Authoring, OurRadar):
+    def __init__(self, path: str, *, aux_output_level: str = "NONE", **options: Any) -> None:
+        super().__init__(path, aux_output_level=aux_output_level, **options)
 
 
 class Acoustic(_Authoring, OurAcoustic): ...

@@ -7,6 +7,7 @@ from typing import Any
 
 from graph.isaac.events import EventStream
 from graph.isaac.outcomes import inert
+from graph.isaac.parameters import renamed
 from graph.isaac.session import app, kit
 
 __all__ = [
@@ -78,6 +79,22 @@ class Timeline(metaclass=_OfApp):
     @inert("omni.timeline")
     def set_tentative_time(self, time_in_seconds: float) -> None:
         return None
+
+
+def _named() -> None:
+    """Gives Timeline the setters of the App's timeline, with Kit's names of their parameters."""
+    for name in (*_SETTERS, *_FLAGS):
+        call = f"set_{name}"
+
+        def setter(self: Timeline, value: Any, call: str = call) -> None:
+            getattr(app().timeline, call)(value)
+
+        setattr(Timeline, call, renamed(setter, call, "time_in_seconds" if name == "current_time" else name))
+
+
+_SETTERS = ("start_time", "end_time", "current_time", "time_codes_per_second", "ticks_per_frame", "target_framerate")
+_FLAGS = ("play_every_frame", "fast_mode")
+_named()
 
 
 class ITimeline:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from graph.isaac.outcomes import inert, refused, tell_inert
+from graph.isaac.parameters import renamed
 from graph.isaac.session import app, kit, warn
 from graph.sim.usd import UsdGeom, UsdPhysics
 
@@ -77,27 +78,38 @@ class PhysicsContext:
     def enable_fabric(self, enable: bool) -> None:
         app().simulation.enable_fabric(enable)
 
+    def _setting(self, name: str) -> Any:
+        return self.get_current_physics_scene_prim().GetAttribute(f"physxScene:{name}")
+
+    def set_physx_update_transformations_settings(
+        self,
+        update_to_usd: bool | None = None,
+        update_velocities_to_usd: bool | None = None,
+        output_velocities_local_space: bool | None = None,
+    ) -> None:
+        given = (update_to_usd, update_velocities_to_usd, output_velocities_local_space)
+        for name, value in zip(_UPDATES, given, strict=True):
+            if value is not None:
+                app().settings.set(f"/physics/{name}", bool(value))
+
+    def get_physx_update_transformations_settings(self) -> tuple[bool, bool, bool]:
+        first, second, third = (bool(app().settings.get(f"/physics/{name}", False)) for name in _UPDATES)
+        return first, second, third
+
     def __getattr__(self, name: str) -> Any:
-        """PhysX's settings of the scene: stored on its prim; those that it does not have do nothing."""
+        """Settings of GPUs and others that nothing here has: they do nothing."""
         word, _, rest = name.partition("_")
         if name.startswith("__") or word not in ("set", "get", "enable", "is", "use") or not rest:
             raise AttributeError(f"PhysicsContext has no {name}")
-        key = _SCENE.get(rest.removesuffix("_enabled"))
-        if key is None:
 
-            def nothing(*_: Any, **__: Any) -> Any:
-                tell_inert(f"isaacsim.core.api.PhysicsContext.{name}")
-                return False if word in ("is", "get") else None
+        def nothing(*_: Any, **__: Any) -> Any:
+            tell_inert(f"isaacsim.core.api.PhysicsContext.{name}")
+            return False if word in ("is", "get") else None
 
-            return nothing
-        short, kind, default = key
-        prim = self.get_current_physics_scene_prim()
-        if word in ("set", "enable"):
-            return lambda value: attribute(prim, f"physxScene:{short}", kind, value)
-        found = prim.GetAttribute(f"physxScene:{short}")
-        return lambda: found.Get() if found and found.HasAuthoredValue() else default
+        return nothing
 
 
+_UPDATES = ("updateToUsd", "updateVelocitiesToUsd", "outputVelocitiesLocalSpace")
 _SCENE: dict[str, tuple[str, str, Any]] = {
     "ccd": ("enableCCD", "bool", False),
     "stablization": ("enableStabilization", "bool", False),
@@ -110,7 +122,30 @@ _SCENE: dict[str, tuple[str, str, Any]] = {
     "friction_correlation_distance": ("frictionCorrelationDistance", "float", 0.025),
     "enable_scene_query_support": ("enableSceneQuerySupport", "bool", True),
     "invert_collision_group_filter": ("invertCollisionGroupFilter", "bool", False),
+    "solve_articulation_contact_last": ("solveArticulationContactLast", "bool", False),
 }
+
+
+def _scene_settings() -> None:
+    """Gives PhysicsContext the calls for the settings of the scene's prim."""
+    flags = ("ccd", "stablization", "stabilization", "gpu_dynamics")
+    given = {"solver_type": "solver_type", "broadphase_type": "broadcast_type"}
+    for word, (name, kind, default) in _SCENE.items():
+
+        def setter(self: PhysicsContext, value: Any, name: str = name, kind: str = kind) -> None:
+            attribute(self.get_current_physics_scene_prim(), f"physxScene:{name}", kind, value)
+
+        def getter(self: PhysicsContext, name: str = name, default: Any = default) -> Any:
+            found = self._setting(name)
+            return found.Get() if found and found.HasAuthoredValue() else default
+
+        parameter = "flag" if word in flags else given.get(word, word if "_" in word and kind == "bool" else "value")
+        calls = (f"enable_{word}", f"is_{word}_enabled") if word in flags else (f"set_{word}", f"get_{word}")
+        setattr(PhysicsContext, calls[0], renamed(setter, calls[0], parameter))
+        setattr(PhysicsContext, calls[1], renamed(getter, calls[1]))
+
+
+_scene_settings()
 
 
 class SimulationContext:
@@ -313,17 +348,6 @@ class SimulationContext:
     def clear(self) -> None:
         self.clear_all_callbacks()
 
-    def __getattr__(self, name: str) -> Any:
-        """`remove_physics_callback`, `physics_callback_exists`, `clear_physics_callbacks` and those of other kinds."""
-        for kind in ("physics", "render", "timeline", "stage"):
-            if name == f"remove_{kind}_callback":
-                return lambda callback_name: self._callbacks.get(kind, {}).pop(callback_name, lambda: None)()
-            if name == f"{kind}_callback_exists":
-                return lambda callback_name: callback_name in self._callbacks.get(kind, {})
-            if name == f"clear_{kind}_callbacks":
-                return lambda: self._clear(kind)
-        raise AttributeError(f"{type(self).__name__} has no {name}")
-
     def get_block_on_render(self) -> bool:
         return True
 
@@ -334,6 +358,30 @@ class SimulationContext:
     @inert("isaacsim.core.api")
     def skip_next_stage_open_callback(self) -> None:
         return None
+
+
+def _callback_calls() -> None:
+    """`remove_physics_callback`, `physics_callback_exists`, `clear_physics_callbacks` and those of other kinds."""
+    for kind in ("physics", "render", "timeline", "stage"):
+
+        def remove(self: SimulationContext, name: str, kind: str = kind) -> None:
+            self._callbacks.get(kind, {}).pop(name, lambda: None)()
+
+        def exists(self: SimulationContext, name: str, kind: str = kind) -> bool:
+            return name in self._callbacks.get(kind, {})
+
+        def clear(self: SimulationContext, kind: str = kind) -> None:
+            self._clear(kind)
+
+        for call, function, parameters in (
+            (f"remove_{kind}_callback", remove, ("callback_name",)),
+            (f"{kind}_callback_exists", exists, ("callback_name",)),
+            (f"clear_{kind}_callbacks", clear, ()),
+        ):
+            setattr(SimulationContext, call, renamed(function, call, *parameters))
+
+
+_callback_calls()
 
 
 class Scene:

@@ -206,9 +206,9 @@ class Controller(ObjectLookup, DataView):
         path_to_object_map: dict[str, Any] | None = None,
         update_usd: bool = True,
         undoable: bool = True,
-        allow_exists_attr: bool | None = None,
-        allow_exists_node: bool | None = None,
-        allow_exists_prim: bool | None = None,
+        allow_exists_attr: bool = False,
+        allow_exists_node: bool = False,
+        allow_exists_prim: bool = False,
     ) -> tuple[Any, list[Any], list[Any], dict[str, Any]]:
         if (
             isinstance(graph_id, Mapping)
@@ -226,7 +226,7 @@ class Controller(ObjectLookup, DataView):
         graphs, editor = present(), OurController(graphs=present())
         allowed = {**self._options}
         for name, given in (("attr", allow_exists_attr), ("node", allow_exists_node), ("prim", allow_exists_prim)):
-            if given is not None:
+            if given:
                 allowed[f"allow_exists_{name}"] = given
         names = self._map if path_to_object_map is None else path_to_object_map
         target = _settings(graph_id)

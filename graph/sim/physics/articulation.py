@@ -13,7 +13,7 @@ from graph.sim.transforms import Floats
 
 if TYPE_CHECKING:
     from .model import Joint
-    from .protocol import PhysicsEngine, Rows
+    from .protocol import MotionTerms, PhysicsEngine, Rows
 
 Values = Sequence[float] | Floats
 
@@ -140,6 +140,12 @@ class Articulation:
     def reactions(self) -> Floats:
         """(J, 6) force [N] and torque [N m] that joints pass on to their second bodies, in the joint's frame there."""
         return self.engine.joint_reactions(self._now.rows)
+
+    def motion_terms(self, links: Sequence[str]) -> MotionTerms:
+        """Its equations of motion, in SI units; a link that is free is its base. See `PhysicsEngine.motion_terms`."""
+        known = set(self.engine.body_paths)
+        base = next((path for path in links if path in known and self.engine.is_free(path)), None)
+        return self.engine.motion_terms(links, self._now.rows, base)
 
     @property
     def limits(self) -> Floats:

@@ -83,6 +83,20 @@ class RayHit:
     normal: Floats
 
 
+@dataclass(frozen=True, slots=True)
+class MotionTerms:
+    """The equations of motion of a mechanism with n degrees of freedom: those of a free base, then its joints'.
+
+    jacobians: (b, 6, n), linear then angular velocity of each body's origin by degree of freedom; masses: (n, n)
+    inertia; gravity, coriolis: (n,) forces that balance the weight, and the velocities' forces [N or N m].
+    """
+
+    jacobians: Floats
+    masses: Floats
+    gravity: Floats
+    coriolis: Floats
+
+
 class SurfaceGripper(Protocol):
     """Points of a body that hold what is in front of them."""
 
@@ -230,6 +244,13 @@ class PhysicsEngine(Protocol):
         self, rows: Rows, positions: Floats | None, velocities: Floats | None, efforts: Floats | None
     ) -> None:
         """Sets the targets of drives, and efforts that act in addition until set again; NaN leaves one unchanged."""
+
+    def motion_terms(self, bodies: Sequence[str], rows: Rows, base: str | None) -> MotionTerms:
+        """The equations of motion of joints and of a free base, if any: 6 more, linear and angular, world axes [SI].
+
+        A body that cannot move has a Jacobian of zeros. Raises RunError for an engine without them.
+        """
+        raise RunError(f"the physics engine {self.name} gives no equations of motion")
 
     def articulation(self, root: str) -> Articulation:
         """The mechanism at a path: a robot's root prim, or any of its bodies or joints, in stage units.

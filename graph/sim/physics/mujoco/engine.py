@@ -369,6 +369,12 @@ class MujocoEngine(PhysicsEngine):
         """Sets the targets of drives and of the model's own actuators, and efforts."""
         self._rows.set_targets(rows, positions, velocities, efforts)
 
+    def motion_terms(self, bodies: Sequence[str], rows: Rows, base: str | None) -> protocol.MotionTerms:
+        """Jacobians, inertia, gravity and velocity terms, see `PhysicsEngine`."""
+        from .dynamics import motion_terms
+
+        return motion_terms(self, bodies, self._rows.dofs(rows), base)
+
     # -- contacts, grippers, belts, deformables ----------------------------------------------------------------------
 
     @property

@@ -34,6 +34,10 @@ class Joints:
                 if engine.model.jnt_actfrclimited[handle.id]:
                     self._strongest[row] = np.abs(engine.model.jnt_actfrcrange[handle.id]).max()
 
+    def dofs(self, rows: Rows) -> Rows:
+        """(n,) the model's degrees of freedom."""
+        return self._dof[rows]
+
     def positions(self, rows: Rows) -> Floats:
         """(n,) [rad or m]."""
         out: Floats = self._engine.data.qpos[self._coordinate[rows]]
