@@ -1,5 +1,7 @@
 """Equations of motion, contacts of pairs and readings of sensors, against numbers worked out on paper."""
 
+from importlib import import_module
+
 import numpy as np
 import pytest
 
@@ -44,9 +46,7 @@ def pendulum(tmp_path):
     file = tmp_path / "pendulum.usda"
     file.write_text(PENDULUM)
     with App(stage=str(file)) as app, graph.isaac.importable():
-        from isaacsim.core.experimental.prims import Articulation
-
-        robot = Articulation("/World/Robot")
+        robot = import_module("isaacsim.core.experimental.prims").Articulation("/World/Robot")
         app.play()
         app.update()
         robot.set_dof_positions([0.0])
@@ -93,23 +93,20 @@ def test_a_joint_of_a_missing_asset_is_said_with_the_missing_file(tmp_path):
     file = tmp_path / "scene.usda"
     file.write_text('#usda 1.0\ndef Xform "Robot" (prepend references = @robot.usd@) {}\n')
     with App(stage=str(file)), graph.isaac.importable():
-        from isaacsim.core.experimental.prims import Articulation
-
+        wrappers = import_module("isaacsim.core.experimental.prims")
         with pytest.raises(ValueError, match=r"/Robot has no joint 'hinge': /Robot is empty because .*robot\.usd"):
-            Articulation("/Robot").get_dof_indices("hinge")
+            wrappers.Articulation("/Robot").get_dof_indices("hinge")
 
 
 @pytest.fixture
 def resting():
     """A cube of 2 kg that rests on the ground, z = 0, after 60 steps."""
     with App() as app, graph.isaac.importable():
-        from isaacsim.core.experimental.objects import Cube, GroundPlane
-        from isaacsim.core.experimental.prims import GeomPrim, RigidPrim
-
-        GroundPlane("/World/Ground")
-        Cube("/World/Cube", sizes=1.0, positions=[0.0, 0.0, 0.5])
-        GeomPrim("/World/Cube", apply_collision_apis=True)
-        yield app, RigidPrim("/World/Cube", masses=[2.0], contact_filter_paths=["/World/Ground"])
+        objects, prims = (import_module(f"isaacsim.core.experimental.{one}") for one in ("objects", "prims"))
+        objects.GroundPlane("/World/Ground")
+        objects.Cube("/World/Cube", sizes=1.0, positions=[0.0, 0.0, 0.5])
+        prims.GeomPrim("/World/Cube", apply_collision_apis=True)
+        yield app, prims.RigidPrim("/World/Cube", masses=[2.0], contact_filter_paths=["/World/Ground"])
 
 
 def run(app, updates=60):
@@ -122,7 +119,7 @@ def test_contacts_with_a_filtered_prim_carry_the_weight(resting):
     app, cube = resting
     run(app)
     forces, points, normals, _, counts, starts = (one.numpy() for one in cube.get_contact_force_data(dt=1 / 60))
-    assert counts.tolist() == [[len(forces)]] and starts.tolist() == [[0]]
+    assert (counts.tolist(), starts.tolist()) == ([[len(forces)]], [[0]])
     assert forces.sum() == pytest.approx(2 * 9.81, rel=0.02)
     assert normals[:, 2] == pytest.approx([1] * len(forces), abs=1e-6)
     assert points[:, 2] == pytest.approx([0] * len(points), abs=0.01)
@@ -133,10 +130,10 @@ def test_contacts_with_a_filtered_prim_carry_the_weight(resting):
 
 def test_rays_of_a_sensor_end_where_they_hit(resting):
     app, _ = resting
-    from isaacsim.sensors.experimental.physics import Raycast, RaycastSensor
+    sensors = import_module("isaacsim.sensors.experimental.physics")
 
-    sensor = RaycastSensor(
-        Raycast.create(
+    sensor = sensors.RaycastSensor(
+        sensors.Raycast.create(
             "/World/Cube/Rays",
             ray_origins=[[2, 0, 0], [2, 0, 0]],
             ray_directions=[[0, 0, -1], [0, 0, 1]],
@@ -150,7 +147,7 @@ def test_rays_of_a_sensor_end_where_they_hit(resting):
     assert sensor.get_data()["hit_positions"].shape == (0, 3)
     run(app, 3)
     reading = sensor.get_sensor_reading()
-    assert reading.is_valid and reading.ray_count == 2
+    assert (reading.is_valid, reading.ray_count) == (True, 2)
     assert reading.depths.tolist() == pytest.approx([0.5, 20.0], abs=5e-3)
     assert reading.hit_positions[0].tolist() == pytest.approx([2, 0, 0], abs=5e-3)
     assert reading.hit_prim_paths[0].startswith("/World/Ground")
@@ -158,13 +155,13 @@ def test_rays_of_a_sensor_end_where_they_hit(resting):
 
 def test_rays_that_do_not_fit_together_give_no_reading_and_say_so(resting):
     app, _ = resting
-    from isaacsim.sensors.experimental.physics import RaycastSensor
+    sensors = import_module("isaacsim.sensors.experimental.physics")
     from pxr import Sdf, Vt
 
     prim = app.stage.DefinePrim("/World/Bad", "IsaacRaycastSensor")
     prim.CreateAttribute("numRays", Sdf.ValueTypeNames.UInt).Set(2)
     prim.CreateAttribute("rayDirections", Sdf.ValueTypeNames.Float3Array).Set(Vt.Vec3fArray([(1, 0, 0)]))
-    sensor = RaycastSensor("/World/Bad")
+    sensor = sensors.RaycastSensor("/World/Bad")
     run(app, 3)
     assert not sensor.get_sensor_reading().is_valid
     assert [one.code for one in app.warnings if one.where == "/World/Bad"] == ["raycast-sensor-off"]
@@ -172,13 +169,13 @@ def test_rays_that_do_not_fit_together_give_no_reading_and_say_so(resting):
 
 def test_a_contact_sensor_reads_the_weight_and_an_imu_what_holds_it(resting):
     app, _ = resting
-    from isaacsim.sensors.experimental.physics import IMU, Contact, ContactSensor, IMUSensor
+    sensors = import_module("isaacsim.sensors.experimental.physics")
 
-    contact = ContactSensor(Contact.create("/World/Cube/Contact", min_threshold=0.1))
-    imu = IMUSensor(IMU.create("/World/Cube/Imu"))
+    contact = sensors.ContactSensor(sensors.Contact.create("/World/Cube/Contact", min_threshold=0.1))
+    imu = sensors.IMUSensor(sensors.IMU.create("/World/Cube/Imu"))
     run(app)
     touch, felt = contact.get_sensor_reading(), imu.get_sensor_reading()
-    assert touch.is_valid and touch.in_contact
+    assert (touch.is_valid, touch.in_contact) == (True, True)
     assert touch.value == pytest.approx(2 * 9.81, rel=0.02)
     assert felt.is_valid
     assert felt.linear_acceleration_z == pytest.approx(9.81, abs=0.05)
@@ -186,14 +183,14 @@ def test_a_contact_sensor_reads_the_weight_and_an_imu_what_holds_it(resting):
 
 
 def test_a_sensor_must_be_alone_of_its_type_and_below_a_body(resting):
-    from isaacsim.sensors.experimental.physics import IMU, Contact, IMUSensor, Raycast
+    sensors = import_module("isaacsim.sensors.experimental.physics")
 
     with pytest.raises(ValueError, match=r"/World/Cube is a Cube, not an IsaacImuSensor"):
-        IMUSensor("/World/Cube")
+        sensors.IMUSensor("/World/Cube")
     with pytest.raises(ValueError, match="below a rigid body"):
-        Contact.create("/World/Ground/Contact")
+        sensors.Contact.create("/World/Ground/Contact")
     with pytest.raises(RuntimeError, match="no parent prim"):
-        IMU.create("/Imu")
+        sensors.IMU.create("/Imu")
     with pytest.raises(ValueError, match="one element for each ray"):
-        Raycast.create("/World/Cube/R", ray_origins=[[0, 0, 0]], ray_directions=[[1, 0, 0], [0, 1, 0]])
-    assert [IMU.create("/World/Cube/Imu").path for _ in range(2)] == ["/World/Cube/Imu", "/World/Cube/Imu_01"]
+        sensors.Raycast.create("/World/Cube/R", ray_origins=[[0, 0, 0]], ray_directions=[[1, 0, 0], [0, 1, 0]])
+    assert [sensors.IMU.create("/World/Cube/Imu").path for _ in range(2)] == ["/World/Cube/Imu", "/World/Cube/Imu_01"]
