@@ -18,6 +18,8 @@ from graph.base.errors import Mark, UserError
 from graph.session.runner import graphs_of
 from graph.spec.file_spec import FileSpec, GraphSpec
 
+from .mirror_changes import Change, change_of, differences, set_values, with_short_names
+
 if TYPE_CHECKING:
     from graph.evaluate import Node
     from graph.sim import App
@@ -33,6 +35,10 @@ class Mirror:
         self._app, self._graphs = app, graphs_of(app)
         self._said: dict[str, GraphSpec] = {}
         """What the stage said of each graph when it was last written or read."""
+        self._written: dict[str, GraphSpec] = {}
+        """Each graph as its prims were last written."""
+        self._values: dict[str, None] = {}
+        """Paths of node prims of which only values have changed since the last `sync`."""
         self._changed = False
         self._muted = False
         self._listener: Any = None
@@ -50,22 +56,31 @@ class Mirror:
         # Most scripts have no graph; reading loads what compiles them.
         has_graphs = any(str(prim.GetTypeName()) in GRAPH_TYPES for prim in self._app.stage.TraverseAll())
         self._said = self._read() if has_graphs else {}
-        self._changed = False
+        self._written, self._values, self._changed = {}, {}, False
 
     def _end(self) -> None:
         if self._listener is not None:
             self._listener.Revoke()
             self._listener = None
-        self._said = {}
+        self._said, self._written, self._values = {}, {}, {}
 
     def _noticed(self, notice: Any, sender: Any) -> None:
         if self._muted or self._changed or self._app.fabric.muted:
             return
         roots = tuple(f"{path}/" for path in self._said)
-        for path in (*notice.GetResyncedPaths(), *notice.GetChangedInfoOnlyPaths()):
-            text = f"{path.GetPrimPath()}/"
-            inside = text.startswith(roots) or any(root.startswith(text) for root in roots)
-            self._changed = self._changed or inside or self._has_graph(path)
+        for path in notice.GetChangedInfoOnlyPaths():
+            prim = str(path.GetPrimPath())
+            if path.IsPropertyPath() and set(notice.GetChangedFields(path)) == {"default"} and prim.startswith(roots):
+                self._values[prim] = None
+            else:
+                self._structure(path, roots)
+        for path in notice.GetResyncedPaths():
+            self._structure(path, roots)
+
+    def _structure(self, path: Any, roots: tuple[str, ...]) -> None:
+        text = f"{path.GetPrimPath()}/"
+        inside = text.startswith(roots) or any(root.startswith(text) for root in roots)
+        self._changed = self._changed or inside or self._has_graph(path)
 
     def _has_graph(self, path: Any) -> bool:
         """Whether a prim, or one below it if the prim is new, is part of a graph."""
@@ -80,33 +95,82 @@ class Mirror:
     # -- from graphs to prims ------------------------------------------------------------------------------------------
 
     def write(self, path: str) -> None:
-        """Writes the prims of a graph as it is now; of one that is gone, removes them."""
+        """Writes what has changed of a graph since it was last written; of one that is gone, removes the prims."""
+        if self._graphs.latest(path) is None:
+            with self._silence():
+                self._app.stage.RemovePrim(path)
+            self._said.pop(path, None)
+            self._written.pop(path, None)
+            return
+        spec = self._graphs.current_spec(path)
+        before, self._written[path] = self._written.get(path), spec
+        change = change_of(before, spec) if before is not None and path in self._said else None
+        with self._silence():
+            if change is None or not self._write_nodes(spec, change):
+                self._write_all(spec)
+
+    def _write_all(self, spec: GraphSpec) -> None:
         from graph.sim.usd import Sdf
         from graph.usd_files.writing import layer_of
 
-        graph = self._graphs.latest(path)
-        with self._silence():
-            layer = self._app.stage.GetEditTarget().GetLayer()
-            if graph is None:
-                self._app.stage.RemovePrim(path)
-                self._said.pop(path, None)
-                return
-            try:
-                spec = _with_short_names(self._graphs.current_spec(path))
-                written = layer_of(FileSpec(graphs=(spec,)), {}, Path.cwd())
-            except UserError as error:  # a name that USD does not accept
-                self._app.warn("graph-not-on-stage", path, str(error))
-                return
-            with Sdf.ChangeBlock():
-                Sdf.CreatePrimInLayer(layer, path)
-                for prefix in Sdf.Path(path).GetParentPath().GetPrefixes():
-                    spec = layer.GetPrimAtPath(prefix)
-                    if spec.specifier != Sdf.SpecifierDef and not self._app.stage.GetPrimAtPath(prefix):
-                        spec.specifier, spec.typeName = Sdf.SpecifierDef, "Xform"
-                Sdf.CopySpec(written, path, layer, path)
+        path, layer = spec.path, self._app.stage.GetEditTarget().GetLayer()
+        try:
+            written = layer_of(FileSpec(graphs=(with_short_names(spec),)), {}, Path.cwd())
+        except UserError as error:  # a name that USD does not accept
+            self._written.pop(path, None)
+            self._app.warn("graph-not-on-stage", path, str(error))
+            return
+        with Sdf.ChangeBlock():
+            Sdf.CreatePrimInLayer(layer, path)
+            for prefix in Sdf.Path(path).GetParentPath().GetPrefixes():
+                above = layer.GetPrimAtPath(prefix)
+                if above.specifier != Sdf.SpecifierDef and not self._app.stage.GetPrimAtPath(prefix):
+                    above.specifier, above.typeName = Sdf.SpecifierDef, "Xform"
+            Sdf.CopySpec(written, path, layer, path)
         said = self._read().get(path)
         if said is not None:
             self._said[path] = said
+
+    def _write_nodes(self, spec: GraphSpec, change: Change) -> bool:
+        """Writes the changed nodes only; returns False where the whole graph must be written."""
+        from graph.sim.usd import Sdf
+        from graph.usd_files.custom_data import texts
+        from graph.usd_files.node_prims import KEY
+        from graph.usd_files.specs import node_spec
+        from graph.usd_files.writing import nodes_layer
+
+        path, stage = spec.path, self._app.stage
+        layer, said = stage.GetEditTarget().GetLayer(), self._said[path]
+        graph, names = layer.GetPrimAtPath(path), change.nodes
+        if graph is None or not all(Sdf.Path.IsValidIdentifier(name) for name in names):
+            return False
+        written, notes = nodes_layer(with_short_names(spec, names), names)
+        ours = dict(graph.customData.get(KEY, {}))
+        listed = list(ours.get("connections", ()))
+        if len(listed) != len(said.connections):
+            return False
+        held = {(one.source, one.target): note for one, note in zip(said.connections, listed, strict=True)} | notes
+        for name in change.gone:
+            self._remove(f"{path}/{name}")
+        with Sdf.ChangeBlock():
+            for name in names:
+                prim = f"{path}/{name}"
+                Sdf.CreatePrimInLayer(layer, prim)
+                Sdf.CopySpec(written, prim, layer, prim)
+            if change.links:
+                ours["connections"] = texts([held[one.source, one.target] for one in spec.connections])
+                graph.customData = {**graph.customData, KEY: ours}
+        known = {one.name: one for one in said.nodes if one.name not in change.gone}
+        for name in names:
+            known[name] = node_spec(stage.GetPrimAtPath(f"{path}/{name}"), name, _mark, self._app.warn)
+        self._said[path] = replace(said, nodes=tuple(known.values()), connections=spec.connections)
+        return True
+
+    def _remove(self, path: str) -> None:
+        """Removes a prim; one that a referenced file defines is deactivated."""
+        self._app.stage.RemovePrim(path)
+        if prim := self._app.stage.GetPrimAtPath(path):
+            prim.SetActive(False)
 
     def set(self, node: Node, full: str) -> None:
         """Writes the value of one input or state attribute."""
@@ -142,7 +206,7 @@ class Mirror:
 
     def _put_back(self) -> None:
         """A stop restores every layer, and graphs keep their edits: their prims are written again."""
-        self._changed = False
+        self._changed, self._values, self._written = False, {}, {}
         for path in list(self._graphs.graphs):
             self.write(path)
 
@@ -151,10 +215,12 @@ class Mirror:
     def sync(self) -> None:
         """Applies what a script has changed on the prims of graphs since the last call."""
         if not self._changed:
+            if self._values:
+                self._take_values()
             return
         from graph.isaac.og import Controller
 
-        self._changed = False
+        self._changed, self._values = False, {}
         now = self._read()
         for path in [path for path in self._said if path not in now]:
             self._said.pop(path)
@@ -166,8 +232,30 @@ class Mirror:
             if self._graphs.latest(path) is None:
                 self._attempt(path, partial(self._graphs.apply, [replace(spec, unfinished=True)], {}))
             elif before is not None:
-                for commands in _differences(before, spec):
+                for commands in differences(before, spec):
                     self._attempt(path, partial(Controller(graphs=self._graphs).edit, path, commands))
+
+    def _take_values(self) -> None:
+        """Applies changed values of nodes, without reading the rest of their graphs."""
+        from graph.isaac.og import Controller
+        from graph.usd_files.specs import node_spec
+
+        changed, self._values = list(self._values), {}
+        for prim in changed:
+            path = max((one for one in self._said if prim.startswith(f"{one}/")), key=len)
+            said, name = self._said[path], prim.removeprefix(f"{path}/")
+            before = next((one for one in said.nodes if one.name == name), None)
+            if before is None:  # inside a compound, or not a node of the graph
+                self._changed = True
+                continue
+            now = node_spec(self._app.stage.GetPrimAtPath(prim), name, _mark, self._app.warn)
+            now = replace(before, inputs=now.inputs)
+            nodes = tuple(now if one is before else one for one in said.nodes)
+            self._said[path] = replace(said, nodes=nodes)
+            for commands in set_values(before, now):
+                self._attempt(path, partial(Controller(graphs=self._graphs).edit, path, commands))
+        if self._changed:
+            self.sync()
 
     def _attempt(self, path: str, action: Any) -> None:
         try:
@@ -184,50 +272,9 @@ class Mirror:
             self._app.warn(code, place, message)
 
         raw = read_graphs(self._app.stage, tell)
-        specs = graph_specs(raw, lambda place: Mark(place, 0, 0), tell)
+        specs = graph_specs(raw, _mark, tell)
         return {one.path: one for one in migrate(FileSpec(graphs=specs)).graphs}
 
 
-def _with_short_names(spec: GraphSpec) -> GraphSpec:
-    """The spec with inputs named as in files, `x` for `inputs:x`."""
-    nodes = (
-        replace(one, inputs={key.removeprefix("inputs:"): value for key, value in one.inputs.items()})
-        for one in spec.nodes
-    )
-    return replace(spec, nodes=tuple(nodes))
-
-
-def _differences(before: GraphSpec, now: GraphSpec) -> Iterator[dict[str, Any]]:
-    """What makes the second of the first, as edits; each may fail without the others."""
-    from graph.isaac.og import Keys
-
-    old, new = {one.name: one for one in before.nodes}, {one.name: one for one in now.nodes}
-    gone = [name for name, one in old.items() if name not in new or new[name].type != one.type]
-    if gone:
-        yield {Keys.DELETE_NODES: gone}
-    for name, one in now.variables.items():
-        if name not in before.variables:
-            yield {Keys.CREATE_VARIABLES: [(name, one.type, one.value)]}
-    cut = {(one.source, one.target) for one in before.connections} - {
-        (one.source, one.target) for one in now.connections
-    }
-    for source, target in sorted(cut):
-        if not {source.rpartition(".")[0], target.rpartition(".")[0]} & set(gone):
-            yield {Keys.DISCONNECT: [(source, target)]}
-    for name, node in new.items():
-        fresh = name not in old or name in gone
-        if fresh:
-            yield {Keys.CREATE_NODES: [(name, node.type)]}
-        known: dict[str, Any] = {} if fresh else dict(old[name].attributes)
-        for full, kind in node.attributes.items():
-            if full not in known:
-                yield {Keys.CREATE_ATTRIBUTES: [(f"{name}.{full}", kind)]}
-        values: dict[str, Any] = {} if fresh else dict(old[name].inputs)
-        for key, value in node.inputs.items():
-            if key not in values or values[key] != value:
-                full = key if ":" in key else f"inputs:{key}"
-                yield {Keys.SET_VALUES: [(f"{name}.{full}", value)]}
-    linked = {(one.source, one.target) for one in before.connections}
-    for link in now.connections:
-        if (link.source, link.target) not in linked:
-            yield {Keys.CONNECT: [(link.source, link.target)]}
+def _mark(place: str) -> Mark:
+    return Mark(place, 0, 0)

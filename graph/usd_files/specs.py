@@ -175,6 +175,16 @@ def _node(
     return NodeSpec(node.name, _type_as_written(node), given, mark_of(node.path), marks, types)
 
 
+def node_spec(prim: Any, name: str, mark_of: MarkOf, tell: Tell) -> NodeSpec:
+    """The specification of one node prim that is in no compound; `name`: its path from the graph's."""
+    path, animated = prim.GetPath(), list[str]()
+    node = RawNode(prim, path, str(path), name)
+    found = _node(node, Ports([], [node]), {} if node.custom else _Settled()[node.type], animated, mark_of)
+    if animated:
+        tell("value-animated", animated[0], "time samples move no graph; one value counts of this attribute")
+    return found
+
+
 def _type_as_written(node: RawNode) -> str:
     """The type id; the short name of the file that our own writer converted, as long as it still means this type."""
     noted = node.custom.get("type")

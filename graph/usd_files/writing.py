@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Set
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,8 @@ from .node_writing import NodeWriter, write_value
 from .noted_order import noted
 from .written_links import Links
 
+Link = tuple[str, str]
+"""A connection: its source and target, as written."""
 _EVALUATORS = {"execution": "execution", "push": "push", "dirty_push": "dirty_push"}
 _STAGES = {
     "simulation": "pipelineStageSimulation",
@@ -74,6 +77,24 @@ def layer_of(
     if roots:
         layer.defaultPrim = roots[0]
     return layer
+
+
+def nodes_layer(graph: GraphSpec, names: Set[str], registry: Registry = DEFAULT) -> tuple[Any, dict[Link, str]]:
+    """An anonymous layer with the prims of some nodes of a graph, and the records of the connections into them.
+
+    For a layer that has the rest of the graph. A record is by source and target; see `written_links`.
+    """
+    from graph.sim.usd import Sdf
+
+    layer = Sdf.Layer.CreateAnonymous("nodes.usda")
+    into = tuple(one for one in graph.connections if one.target.rpartition(".")[0] in names)
+    with Sdf.ChangeBlock():
+        for node in graph.nodes:
+            if node.name in names:
+                prim = _defined(layer, f"{graph.path}/{node.name}", "OmniGraphNode", "Scope")
+                NodeWriter(prim, node, registry).write()
+        notes = Links(FileSpec(graphs=(graph,)), registry).write(layer, replace(graph, connections=into))
+    return layer, {(one.source, one.target): note for one, note in zip(into, notes, strict=True)}
 
 
 def _refuse_clashes(spec: FileSpec) -> None:
