@@ -386,7 +386,11 @@ TYPES: Mapping[str, tuple[str, ...]] = {
         "isaacsim.sensors.physx.IsaacReadLidarPointCloud",
     ),
     "physx.light_beam": ("isaacsim.sensors.physx.IsaacReadLightBeam",),
-    "physx_graph.events": ("omni.physx.graph.OnContactEventBasic", "omni.physx.graph.OnTriggerCollider"),
+    "physx_graph.events": (
+        "omni.physx.graph.OnContactEventAdvanced",
+        "omni.physx.graph.OnContactEventBasic",
+        "omni.physx.graph.OnTriggerCollider",
+    ),
     "physx_graph.queries": (
         "omni.physx.graph.SceneQueryOverlapBoxAll",
         "omni.physx.graph.SceneQueryOverlapBoxAny",

@@ -44,7 +44,6 @@ ABSENT = {
     "omni.physx.graph.ImmediateComputeGeometryPenetration": _IMMEDIATE,
     "omni.physx.graph.ImmediateComputeMeshIntersectingFaces": _IMMEDIATE,
     "omni.physx.graph.ImmediateGenerateGeometryContacts": _IMMEDIATE,
-    "omni.physx.graph.OnContactEventAdvanced": "use OnContactEventBasic, and IsaacReadContactSensor for forces",
     "omni.physx.graph.SceneQueryOverlapPrimAll": _PRIM,
     "omni.physx.graph.SceneQueryOverlapPrimAny": _PRIM,
     "omni.physx.graph.SceneQuerySweepPrimAll": _PRIM,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterator
 from typing import Any
 
 from graph.base.records import dataclass, field
@@ -57,19 +58,106 @@ def on_contact_event(db: Database) -> bool:
 
 def _pairs(db: Database) -> dict[tuple[str, str], None]:
     """The pairs in contact now: watched body and the other, in the order of the contacts."""
+    return {(bodies[0], bodies[1]): None for bodies, _, _, _ in _watched(db, _contacts(db))}
+
+
+def _contacts(db: Database) -> Any:
+    """The contacts of the newest physics step; None while nothing moves."""
     physics = None if db.app.timeline.is_stopped() else db.app.physics
-    if physics is None:
-        return {}
+    return None if physics is None else physics.contacts()
+
+
+Ends = tuple[str, str]
+
+
+def _watched(db: Database, contacts: Any) -> Iterator[tuple[Ends, Ends, int, float]]:
+    """For each contact of a watched body: bodies and colliders, its own first, its row, the sign of the force on it."""
     watched = {str(path) for path in (*db.inputs.bodyPaths, *(db.inputs.targetBodies or ()))}
-    found: dict[tuple[str, str], None] = {}
-    contacts: Any = physics.contacts()
-    for bodies, colliders in zip(contacts.bodies, contacts.pairs, strict=True):
+    pairs = () if contacts is None else zip(contacts.bodies, contacts.pairs, strict=True)
+    for row, (bodies, colliders) in enumerate(pairs):
         one, other = (body or collider for body, collider in zip(bodies, colliders, strict=True))
         if one in watched:
-            found[one, other] = None
+            yield (one, other), colliders, row, -1.0
         if other in watched:
-            found[other, one] = None
-    return found
+            yield (other, one), (colliders[1], colliders[0]), row, 1.0
+
+
+@dataclass(slots=True)
+class _Points:
+    """As `_Touching`, of pairs of colliders: for each its bodies, and the rows and signs of its contacts now."""
+
+    pairs: dict[Ends, Ends] = field(default_factory=dict)
+    rows: dict[Ends, list[tuple[int, float]]] = field(default_factory=dict)
+    contacts: Any = None
+    waiting: deque[tuple[str, Ends, Ends]] = field(default_factory=deque)
+
+
+@node_type(
+    "omni.physx.graph.OnContactEventAdvanced",
+    version=1,
+    event=True,
+    inputs={
+        "bodyPaths": Attribute("token[]", "the bodies to watch", default=[], literal_only=True),
+        "targetBodies": Attribute("target", "further bodies to watch", optional=True, literal_only=True),
+    },
+    outputs={
+        FOUND: Attribute("execution", "fires when two colliders begin to touch"),
+        PERSISTS: Attribute("execution", "fires in each evaluation in which they go on"),
+        LOST: Attribute("execution", "fires when they end"),
+        "inputBody": Attribute("token", "the watched body"),
+        "inputBodyCollider": Attribute("token", "its collider"),
+        "contactingBody": Attribute("token", "what it touches: a body, or a static collider"),
+        "contactingCollider": Attribute("token", "the collider of that"),
+        "contactPoints": Attribute("pointf[3][]", "where they touch", default=[], unit="stage units"),
+        "contactNormals": Attribute("normalf[3][]", "normals towards the watched body", default=[]),
+        "contactDepths": Attribute(
+            "float[]", "distances of the surfaces, negative where they overlap", default=[], unit="stage units"
+        ),
+        "contactImpulses": Attribute("vectorf[3][]", "impulses on the watched body", default=[], unit="N s"),
+        "inputBodyFaces": Attribute("int[]", "faces of its collider: -1, unknown", default=[]),
+        "contactingFaces": Attribute("int[]", "faces of the other collider: -1, unknown", default=[]),
+        "inputBodyMaterials": Attribute("int[]", "materials of its collider: -1, unknown", default=[]),
+        "contactingMaterials": Attribute("int[]", "materials of the other collider: -1, unknown", default=[]),
+    },
+    memory=_Points,
+)
+def on_contact_event_advanced(db: Database) -> bool:
+    """Fire for each pair of colliders, one of a watched body, once an evaluation, with their points of contact.
+
+    Contacts are those with a force in the newest physics step. Several events of an evaluation follow each other; a
+    pair that has ended has no points.
+    """
+    import numpy as np
+
+    memory, outputs = db.memory, db.outputs
+    if not db.returned:
+        memory.contacts, memory.rows = _contacts(db), {}
+        before, memory.pairs = memory.pairs, {}
+        for bodies, colliders, row, sign in _watched(db, memory.contacts):
+            memory.pairs[colliders] = bodies
+            memory.rows.setdefault(colliders, []).append((row, sign))
+        now = memory.pairs
+        memory.waiting.clear()
+        memory.waiting.extend((PERSISTS if one in before else FOUND, one, bodies) for one, bodies in now.items())
+        memory.waiting.extend((LOST, one, bodies) for one, bodies in before.items() if one not in now)
+    if not memory.waiting:
+        return False
+    output, colliders, bodies = memory.waiting.popleft()
+    outputs.inputBody, outputs.contactingBody = bodies
+    outputs.inputBodyCollider, outputs.contactingCollider = colliders
+    touched = memory.rows.get(colliders, []) if output != LOST else []
+    rows, signs = [row for row, _ in touched], np.array([sign for _, sign in touched]).reshape(-1, 1)
+    held, unit = memory.contacts, db.app.meters_per_unit
+    empty = np.zeros((0, 3), np.float32)
+    outputs.contactPoints = (held.positions[rows] / unit).astype(np.float32) if rows else empty
+    outputs.contactNormals = (signs * held.normals[rows]).astype(np.float32) if rows else empty
+    outputs.contactImpulses = (signs * held.impulses[rows]).astype(np.float32) if rows else empty
+    outputs.contactDepths = (held.distances[rows] / unit).astype(np.float32) if rows else empty[:, 0]
+    unknown = np.full(len(rows), -1, np.int32)
+    outputs.inputBodyFaces = outputs.contactingFaces = unknown
+    outputs.inputBodyMaterials = outputs.contactingMaterials = unknown
+    (db.fire_and_return if memory.waiting else db.fire)(output)
+    return True
 
 
 @dataclass(slots=True)

@@ -37,3 +37,20 @@ def test_what_enters_and_leaves_a_trigger_is_told_once_each(tmp_path):
     assert abs(leave - 60 * (2 * 0.8 / 9.81) ** 0.5) < 3
     assert trace.values("otherBody")[enter] == "/World/Ball"
     assert trace.values("triggerCollider")[enter] == "/World/Gate"
+
+
+def test_a_contact_event_gives_the_points_and_what_holds_the_body(tmp_path):
+    """A cube of 1 kg rests on the ground: impulses of a step of 1/60 s add up to 9.81 / 60 N s, upwards."""
+    cube = {"type": "Cube", "size": 0.2, "translate": [0, 0, 0.1], "rigid_body": True, "mass": 1.0}
+    with app_of(tmp_path, {**GROUND, "/World/Cube": cube}) as app:
+        inputs = {"bodyPaths": ["/World/Cube"]}
+        trace = run_node("omni.physx.graph.OnContactEventAdvanced", inputs=inputs, updates=60, app=app)
+    last = trace.fired("persistsExecOut")[-1]
+    names = ("inputBody", "inputBodyCollider", "contactingBody", "contactingCollider")
+    assert [trace.values(name)[last] for name in names] == ["/World/Cube"] * 2 + ["/World/Ground"] * 2
+    points, normals, impulses = (trace.values(f"contact{name}")[last] for name in ("Points", "Normals", "Impulses"))
+    assert len(points) == len(normals) == len(impulses) == len(trace.values("contactDepths")[last])
+    assert abs(sum(one[2] for one in impulses) - 9.81 / 60) < 0.01
+    assert all(abs(one[2] - 1) < 1e-3 for one in normals)
+    assert all(abs(one[2]) < 0.01 for one in points)
+    assert trace.values("inputBodyFaces")[last].tolist() == [-1] * len(points)
