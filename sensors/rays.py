@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from graph.base.errors import RunError
+from graph.base.records import dataclass
 from graph.sim.transforms import Floats, rigid_part
 
 from .inertial import attribute_of

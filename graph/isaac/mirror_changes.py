@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Set
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
+from graph.base.records import dataclass
 from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec
 
 

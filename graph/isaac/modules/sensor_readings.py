@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from graph.base.errors import RunError
+from graph.base.records import dataclass, field
 from graph.isaac.session import app, warn
 from graph.sim.physics.protocol import contacts_of
 from sensors.inertial import InertialUnit, attribute_of, body_of, widths_of
