@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
@@ -19,14 +18,9 @@ from graph.spec.file_spec import GraphSpec
 from .errors import OmniGraphError
 
 if TYPE_CHECKING:
-    from graph.plan.checked_patch import Patch
-
     from .model import Model
 
 # What only edits need is imported by the first edit: most runs, and every check, make none.
-
-MOST_COMPILED = 64
-"""Most edits that are compiled before the next one is tried in place again."""
 
 
 class GraphSet:
@@ -52,11 +46,9 @@ class GraphSet:
         self._prepare = prepare
         self._waiting: dict[str, Graph] = {}
         self._models: dict[str, Model] = {}
-        """The models that edits in place are made with, by path."""
-        self._given_up: dict[str, int] = {}
-        self._patience: dict[str, int] = {}
-        """How many edits to compile before one is tried in place again, by path."""
+        """What edits change, by path."""
         self._touched: dict[str, set[str]] = {}
+        """The nodes that edits concern that are not applied yet, by path."""
 
     def close(self) -> None:
         """Removes the references between the set and its App, so that a closed App is freed with its last reference."""
@@ -92,60 +84,73 @@ class GraphSet:
         return found
 
     def current_spec(self, path: str) -> GraphSpec:
-        """The spec to compile a graph from now: its spec with the values that were set since."""
+        """The spec to compile a graph from now: its spec with all edits and the values that were set since."""
         graph = self.latest(path)
         assert graph is not None
-        if not graph.written:
-            return graph.spec
-        from graph.plan.patch import with_written
+        return self.model(path).spec() if graph.written or graph.stale else graph.compiled_spec
 
-        concerned = {name for name, _ in graph.written}
-        nodes = (with_written(node, graph) if node.name in concerned else node for node in graph.spec.nodes)
-        return replace(graph.spec, nodes=tuple(nodes))
-
-    def lasting_model(self, path: str) -> Model | None:
-        """A model of a graph for edits in place, kept from one such edit to the next; None if the graph is running.
-
-        It need not contain values that were set on the nodes. Drop it with `forget` when an edit fails.
-        """
-        if self._waiting or self._runs(path):
-            return None
-        if self._patience.get(path, 0) > 0:
-            self._patience[path] -= 1
-            return None
+    def model(self, path: str) -> Model:
+        """A graph in the form that edits change, kept from one edit to the next."""
         from .model import Model
 
-        spec = self.graphs[path].spec
+        graph = self.latest(path)
+        assert graph is not None
         model = self._models.get(path)
-        if model is None or model.base is not spec:
-            model = self._models[path] = Model(spec, self.registry)
+        if model is None or model.base is not graph.compiled_spec:
+            model = self._models[path] = Model(graph.compiled_spec, self.registry)
+        model.take_values(graph)
+        model.begin()
         return model
 
-    def forget(self, path: str) -> None:
-        """Drops a model to which an edit was applied that was not made.
+    def defer(self, model: Model) -> bool:
+        """Makes an edit that is compiled at the next evaluation or read; False if it must be compiled at once."""
+        graph = self.graphs.get(model.path)
+        if graph is None or self._waiting or graph.running or graph.linked or graph.instances or _may_retype(graph):
+            return False
+        part = model.part()
+        if part is None:
+            return False
+        if model.check is None:
+            from graph.plan.edit_check import EditCheck
 
-        A new model costs as much as compiling the graph. So the more edits in a row could not be made in place, the
-        more of the following ones are compiled without a try.
-        """
-        self._models.pop(path, None)
-        self._given_up[path] = min(2 * self._given_up.get(path, 0) + 1, MOST_COMPILED)
-        self._patience[path] = self._given_up[path] // 2
+            model.check = EditCheck(graph, self.registry)
+        drafts = model.check.accepts(part)
+        if drafts is None:
+            return False
+        for name in model.removed:
+            model.check.forget(name)
+            graph.drop(name)
+        if drafts or model.removed:
+            present = [draft.node for draft in drafts if draft.node.name in model.nodes]
+            graph.outdate([graph.members.setdefault(node.name, node) for node in present], self._compile_edits)
+            self._touched.setdefault(model.path, set()).update(model.touched)
+        graph.written.clear()  # the model contains them
+        return True
 
-    def patched(self, model: Model, patch: Patch) -> Graph | None:
-        """The graph of a kept model, patched in place; None, with nothing changed, if that is not possible."""
-        from graph.plan.patch import Patches, with_written
+    def accept(self, model: Model, compiled: Graph | None) -> None:
+        """Ends an edit that was made; compiled: its graph if it was not deferred."""
+        path = model.path
+        graph = self.graphs[path] if compiled is None else compiled
+        model.forget_marks()
+        for name in model.touched.keys() & graph.members.keys():
+            graph.members[name].mark = model.nodes[name].mark
+        if compiled is not None:
+            self._models[path] = model
+            model.base = compiled.compiled_spec = model.spec()
+            model.check = None
 
-        graph = self.graphs[model.path]
-        if model.patches is None:
-            model.patches = Patches(graph, self.registry)
-        set_now = {(name, full): None for name, full, _ in patch.values}
-        if not model.patches.make(patch, lambda node: with_written(model.as_it_is(node.name), graph, set_now)):
-            return None
-        graph.spec = model.patched(patch)
-        self._given_up.pop(model.path, None)
-        for name, full, _ in patch.values:
-            graph.written.pop((name, full), None)  # the spec contains it
-        return graph
+    def _compile_edits(self, path: str) -> None:
+        graph, spec, check = self.graphs[path], self.current_spec(path), self._models[path].check
+        touched, kept = self._touched[path], {}
+        stale = graph.refresh()
+        if check is not None and check.exact and not _may_retype(graph):
+            kept = {node.path: node for name, node in graph.members.items() if name not in touched}
+        try:
+            self.apply([spec], {}, kept)
+        except BaseException:
+            graph.outdate(stale, self._compile_edits)
+            raise
+        self._models[path].base, self._models[path].check = graph.compiled_spec, None
 
     def problems(self, specs: Iterable[GraphSpec]) -> Sequence[Problem]:
         """What is wrong with the graphs of these specs; changes nothing."""
@@ -155,13 +160,19 @@ class GraphSet:
             return error.problems
         return ()
 
-    def apply(self, specs: Iterable[GraphSpec], touched: Mapping[str, Collection[str]]) -> dict[str, Graph]:
+    def apply(
+        self,
+        specs: Iterable[GraphSpec],
+        touched: Mapping[str, Collection[str]],
+        kept: Mapping[str, Node] | None = None,
+    ) -> dict[str, Graph]:
         """Compiles the specs and applies them to the graphs with these paths; creates those that do not exist yet.
 
         The change happens at once, or after the running evaluations have ended. `touched` names the nodes that the edit
-        concerns. Returns the graphs as they are or will be. Raises UserError, with nothing changed, if one is wrong.
+        concerns; kept: as in `compile_graphs`. Returns the graphs as they are or will be. Raises UserError, with
+        nothing changed, if one is wrong.
         """
-        fresh = {graph.path: graph for graph in compile_graphs(list(specs), self.registry)}
+        fresh = {graph.path: graph for graph in compile_graphs(list(specs), self.registry, kept)}
         waiting = any(path in self._waiting or self._runs(path) for path in fresh)
         into = {path: graph for path in fresh if (graph := self.latest(path)) is not None}
         if not waiting:
@@ -186,8 +197,8 @@ class GraphSet:
             parent = path.rpartition("/")[0]
             while parent:
                 name = path[len(parent) + 1 :]
-                if parent in graphs and name in graphs[parent].nodes:
-                    return graphs[parent].nodes[name]
+                if parent in graphs and name in graphs[parent].members:
+                    return graphs[parent].members[name]
                 parent = parent.rpartition("/")[0]
         return None
 
@@ -205,8 +216,7 @@ class GraphSet:
             )
         self.graphs.pop(path, None)
         self._waiting.pop(path, None)
-        for known in (self._models, self._given_up, self._patience):
-            known.pop(path, None)
+        self._models.pop(path, None)
         if self.app is not None:
             self.app.graphs.pop(path, None)
         graph.close()
@@ -218,7 +228,7 @@ class GraphSet:
     def clear(self) -> None:
         """Removes every graph."""
         gone = {**self.graphs, **self._waiting}
-        for known in (self.graphs, self._waiting, self._models, self._given_up, self._patience):
+        for known in (self.graphs, self._waiting, self._models):
             known.clear()
         if self.app is not None:
             self.app.graphs.clear()
@@ -232,10 +242,9 @@ class GraphSet:
         if any(self._runs(path) for path in self._waiting):
             return
         waiting, self._waiting = self._waiting, {}
-        touched, self._touched = self._touched, {}
         there = {path: self.graphs[path] for path in waiting if path in self.graphs}
         written = {path: dict(graph.written) for path, graph in there.items()}
-        self._take(there, waiting, touched)
+        self._take(there, waiting, {})
         for path, values in written.items():
             for (name, full), value in values.items():
                 with suppress(KeyError, ValueError):  # the edit removed or connected it
@@ -246,7 +255,7 @@ class GraphSet:
     ) -> None:
         from graph.evaluate.adopt import adopt
 
-        adopt(into, fresh, touched)
+        adopt(into, fresh, {path: {*touched.get(path, ()), *self._touched.pop(path, ())} for path in fresh})
         for path, graph in fresh.items():
             if path not in into:
                 graph.context = self.context
@@ -255,6 +264,11 @@ class GraphSet:
                 self.graphs[path] = graph
                 if self.app is not None:
                     self.app.graphs[path] = graph
+
+
+def _may_retype(graph: Graph) -> bool:
+    """Whether types may follow from values that were set since the graph was compiled."""
+    return any(graph.members[name].type.resolve is not None for name, _ in graph.written)
 
 
 _OF_APP: WeakKeyDictionary[Any, GraphSet] = WeakKeyDictionary()

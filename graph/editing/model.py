@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from graph.base.errors import Mark
 from graph.base.paths import at_or_below
+from graph.evaluate import Graph
 from graph.node.registry import Registry, UnknownNodeTypeError
-from graph.plan.checked_patch import Patch
+from graph.plan.edit_check import EditCheck, EditedPart, Ends
 from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
+from graph.values.types import Extended
 
 Side = Literal["source", "target"]
 PREFIXES = ("inputs", "outputs", "state")
 SUBGRAPH = "Subgraph"
 """The part of a path between a compound and its inner nodes."""
+
+
+class EditPlace(Mark):
+    """An entry of an edit, as a place in messages about this edit."""
 
 
 @dataclass(slots=True)
@@ -28,20 +35,6 @@ class NodeModel:
     mark: Mark | None = None
     spec: NodeSpec | None = None
     """The former node, as long as nothing of it has changed."""
-
-
-@dataclass(slots=True)
-class Changes:
-    """What one edit does to a model, for edits in place."""
-
-    nodes: dict[str, None] = field(default_factory=dict)
-    connections: list[tuple[str, str]] = field(default_factory=list)
-    removed: list[str] = field(default_factory=list)
-    cut: list[tuple[str, str]] = field(default_factory=list)
-    values: list[tuple[str, str]] = field(default_factory=list)
-    """Values set on existing nodes: the node and the attribute's full name."""
-    others: bool = False
-    """Whether the edit also does something that these fields do not hold."""
 
 
 class Model:
@@ -59,17 +52,34 @@ class Model:
         }
         self.variables: dict[str, VariableSpec] = dict(spec.variables)
         self.compounds = {name: dict(ports) for name, ports in spec.compounds.items()}
-        self._connections: dict[tuple[str, str], ConnectionSpec] | None = None
-        self._by_owner: dict[str, dict[tuple[str, str], None]] | None = None
+        self._connections: dict[Ends, ConnectionSpec] | None = None
+        self._by_owner: dict[str, dict[Ends, None]] | None = None
         """Ends of connections by either node; None until first needed."""
-        self.touched: set[str] = set()
-        self.patches: Any = None
-        """Makes edits in place; created at the first."""
-        self.changes = Changes()
-        self._positions = {node.name: position for position, node in enumerate(spec.nodes)}
+        self.check: EditCheck | None = None
+        """What checks edits whose compiling can wait; made at the first."""
+        self.begin()
+
+    def begin(self) -> None:
+        """Starts an edit, which `undo` takes back."""
+        self.touched: dict[str, None] = {}
+        """New nodes, and those with other values or other connections to them."""
+        self.added: list[Ends] = []
+        self.cut: list[Ends] = []
+        self.removed: list[str] = []
+        self.others = False
+        """Whether the edit also does something that these fields do not hold."""
+        compounds = {name: dict(ports) for name, ports in self.compounds.items()}
+        connections = None if self._connections is None else dict(self._connections)
+        self._before = dict(self.nodes), dict(self.variables), compounds, connections
+
+    def undo(self) -> None:
+        """Takes back what was changed since `begin`."""
+        self.nodes, self.variables, self.compounds, self._connections = self._before
+        self._by_owner = None
+        self.begin()
 
     @property
-    def connections(self) -> dict[tuple[str, str], ConnectionSpec]:
+    def connections(self) -> dict[Ends, ConnectionSpec]:
         """Connections by both full ends, in order."""
         if self._connections is None:
             self._connections = {
@@ -79,11 +89,30 @@ class Model:
         return self._connections
 
     def change(self, name: str) -> NodeModel:
-        """The node, marked as changed."""
-        node = self.nodes[name]
-        node.spec = None
-        self.touched.add(name)
+        """The node, to be changed."""
+        old = self.nodes[name]
+        self.touched[name] = None
+        if self._before[0].get(name) is not old:
+            old.spec = None
+            return old
+        node = NodeModel(old.type, dict(old.inputs), dict(old.marks), dict(old.attributes), old.mark)
+        self.nodes[name] = node
         return node
+
+    def take_values(self, graph: Graph) -> None:
+        """Takes the values that were set on the nodes of the graph since it was compiled.
+
+        A value of an attribute of open type keeps the type that it had then.
+        """
+        for (name, full), value in graph.written.items():
+            if name in self.nodes:
+                node, compiled = self.nodes[name], graph.members[name]
+                type_ = compiled.types[full]
+                if type_ is not None and isinstance(compiled.attribute(full).parsed, Extended):
+                    value = {"type": type_.name, "value": value}
+                key = next((one for one in (full, full.partition(":")[2]) if one in node.inputs), full)
+                inputs = {**node.inputs, key: value}
+                self.nodes[name] = NodeModel(node.type, inputs, node.marks, node.attributes, node.mark)
 
     def full_end(self, text: str, side: Side) -> str:
         """An end of a connection as this model names it."""
@@ -129,26 +158,29 @@ class Model:
     def remove_node(self, name: str) -> None:
         """Removes a node, or a compound with all inner nodes, and their connections in this graph."""
         gone = {name, *(one for one in self.nodes if at_or_below(one, name))}
-        self.changes.others |= name in self.compounds or not gone.isdisjoint(self.changes.nodes)
-        self.changes.removed += [one for one in self.nodes if one in gone]
+        self.others |= name in self.compounds
+        self.removed += [one for one in self.nodes if one in gone]
         for one in gone:
             self.nodes.pop(one, None)
         for compound in [one for one in self.compounds if at_or_below(one, name)]:
             del self.compounds[compound]
         self.drop(gone)
+        self.touched = {one: None for one in self.touched if one not in gone}
 
     def connect(self, ends: tuple[str, str], mark: Mark) -> None:
         """Adds a connection."""
         self.connections[ends] = ConnectionSpec(*ends, mark)
         if self._by_owner is not None:
             _note_ends(self._by_owner, ends)
-        self.changes.connections.append(ends)
+        self.added.append(ends)
+        self.touched[ends[1].rpartition(".")[0]] = None
 
     def disconnect(self, ends: tuple[str, str]) -> bool:
         """Removes a connection; False if it does not exist."""
         if self.connections.pop(ends, None) is None:
             return False
-        self.changes.cut.append(ends)
+        self.cut.append(ends)
+        self.touched[ends[1].rpartition(".")[0]] = None
         if self._by_owner is not None:
             for end in ends:
                 self._by_owner[end.rpartition(".")[0]].pop(ends, None)
@@ -156,71 +188,65 @@ class Model:
 
     def drop(self, names: set[str]) -> None:
         """Removes the connections from and to these nodes (names, or paths of nodes of other graphs)."""
+        for name in names:
+            for ends in list(self._ends_by_owner().get(name, ())):
+                self.disconnect(ends)
+
+    def is_fed(self, name: str, full: str) -> bool:
+        """Whether a connection leads to an attribute of a node."""
+        return any(one.target == f"{name}.{full}" for one in self._around(name))
+
+    def part(self) -> EditedPart | None:
+        """What the edit concerns; None if it also changes variables, compounds or attributes."""
+        if (
+            self.others
+            or not self.touched.keys().isdisjoint(self.removed)
+            or not self.nodes.keys() >= self.touched.keys()
+        ):
+            return None
+        return EditedPart([self._node_spec(name) for name in self.touched], self.added, self.cut, self._around)
+
+    def _around(self, name: str) -> Iterable[ConnectionSpec]:
+        connections = self.connections
+        for ends in self._ends_by_owner().get(name, ()):
+            one = connections[ends]
+            yield one if (one.source, one.target) == ends else ConnectionSpec(*ends, one.mark)
+
+    def _ends_by_owner(self) -> dict[str, dict[Ends, None]]:
         if self._by_owner is None:
             self._by_owner = {}
             for ends in self.connections:
                 _note_ends(self._by_owner, ends)
-        for name in names:
-            for ends in list(self._by_owner.get(name, ())):
-                if self.disconnect(ends):
-                    self.touched.add(ends[1].rpartition(".")[0])
+        return self._by_owner
 
-    def patch(self) -> Patch | None:
-        """What the edit adds and sets, without marks; None if it does more than that."""
-        changes = self.changes
-        if changes.others:
-            return None
-        for name in changes.nodes:
-            self.nodes[name].mark, self.nodes[name].marks = None, {}
-        for name, full in changes.values:
-            self.nodes[name].marks.pop(full, None)
-        return Patch(
-            [self.as_it_is(name) for name in changes.nodes],
-            [ConnectionSpec(*ends) for ends in changes.connections],
-            [(name, full, self.nodes[name].inputs[full]) for name, full in changes.values],
-            changes.removed,
-            changes.cut,
-        )
-
-    def patched(self, patch: Patch) -> GraphSpec:
-        """The spec with a patch that was made; further edits of the model start from it."""
-        nodes = [*self.base.nodes, *patch.nodes]
-        for node in patch.nodes:
-            self._positions[node.name] = len(self._positions)
-        for name, _, _ in patch.values:
-            nodes[self._positions[name]] = self.as_it_is(name)
-        if patch.removed:
-            gone = set(patch.removed)
-            nodes = [node for node in nodes if node.name not in gone]
-            self._positions = {node.name: position for position, node in enumerate(nodes)}
-        for one in patch.connections:
-            self.connections[one.source, one.target] = one
-        connections = tuple(self.connections.values()) if patch.cut else (*self.base.connections, *patch.connections)
-        self.base = replace(self.base, nodes=tuple(nodes), connections=connections)
-        self.changes = Changes()
-        self.touched = set()
-        return self.base
-
-    def as_it_is(self, name: str) -> NodeSpec:
-        """A node's spec that later edits do not change."""
-        node = self.nodes[name]
-        return NodeSpec(name, node.type, dict(node.inputs), node.mark, dict(node.marks), dict(node.attributes))
+    def forget_marks(self) -> None:
+        """Removes the places in the edit, which mean nothing in later messages."""
+        for name in self.touched.keys() & self.nodes.keys():
+            node = self.nodes[name]
+            node.mark = None if isinstance(node.mark, EditPlace) else node.mark
+            node.marks = {key: mark for key, mark in node.marks.items() if not isinstance(mark, EditPlace)}
+            node.spec = None
+        for ends in self.added:
+            if ends in self.connections:
+                self.connections[ends] = ConnectionSpec(*ends)
 
     def spec(self) -> GraphSpec:
         """The spec to compile the graph from."""
         return replace(
             self.base,
-            nodes=tuple(_node_spec(name, node) for name, node in self.nodes.items()),
+            nodes=tuple(map(self._node_spec, self.nodes)),
             connections=self.base.connections if self._connections is None else tuple(self._connections.values()),
-            variables=self.variables,
-            compounds=self.compounds,
+            variables=dict(self.variables),
+            compounds={name: dict(ports) for name, ports in self.compounds.items()},
         )
 
+    def _node_spec(self, name: str) -> NodeSpec:
+        node = self.nodes[name]
+        if node.spec is None:
+            node.spec = NodeSpec(name, node.type, dict(node.inputs), node.mark, dict(node.marks), dict(node.attributes))
+        return node.spec
 
-def _note_ends(by_owner: dict[str, dict[tuple[str, str], None]], ends: tuple[str, str]) -> None:
+
+def _note_ends(by_owner: dict[str, dict[Ends, None]], ends: Ends) -> None:
     for end in ends:
         by_owner.setdefault(end.rpartition(".")[0], {})[ends] = None
-
-
-def _node_spec(name: str, node: NodeModel) -> NodeSpec:
-    return node.spec or NodeSpec(name, node.type, node.inputs, node.mark, node.marks, node.attributes)

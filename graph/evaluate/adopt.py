@@ -17,10 +17,10 @@ _FROM_FRESH = (
     "fed_names",
     "index",
     "initial_values",
+    "late",
     "mark",
     "names",
     "passes",
-    "pushes",
     "rank",
     "readers",
     "sources",
@@ -41,6 +41,7 @@ def adopt(graphs: Mapping[str, Graph], fresh: Mapping[str, Graph], touched: Mapp
     kept: dict[Node, Node] = {}
     changed: dict[str, list[Node]] = {}
     for path, graph in graphs.items():
+        graph.refresh()
         changed[path] = _take_nodes(graph, fresh[path], set(touched.get(path, ())), kept)
     for path, new in fresh.items():
         _link(graphs.get(path, new), kept)
@@ -69,7 +70,7 @@ def _take_nodes(graph: Graph, new: Graph, touched: set[str], kept: dict[Node, No
     for name, old in graph.nodes.items():
         if nodes.get(name) is not old:
             old.release()
-    graph.nodes = nodes
+    graph.members = nodes
     return changed
 
 
@@ -79,6 +80,11 @@ def _take(node: Node, fresh: Node) -> bool:
     `fresh` is the same node, newly compiled. Returns whether any of its types changed.
     """
     old, new = node.db, fresh.db
+    if old.inputs is None:  # made by an edit and not compiled before
+        new._node = node
+        for slot in _FROM_FRESH:
+            setattr(node, slot, getattr(fresh, slot))
+        return True
     same_types = node.types == fresh.types
     for prefix in ("outputs", "state"):
         source, target = getattr(old, prefix), getattr(new, prefix)

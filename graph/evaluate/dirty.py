@@ -28,8 +28,9 @@ class DirtyPushEvaluator:
 
     def __init__(self, graph: Graph) -> None:
         self._graph = graph
-        self._plan()
-        self._edited = False
+        computing = (node for node in graph.nodes.values() if node.type.compute is not None)
+        self._nodes = sorted(computing, key=lambda node: node.rank)
+        self._always = [node for node in self._nodes if node.type.always_dirty]
         self._queue: list[tuple[int, Node]] = []
         self._queued: set[Node] = set()
         self._seen: dict[Node, tuple[Any, ...]] = {}
@@ -37,9 +38,7 @@ class DirtyPushEvaluator:
 
     def run(self, activations: Sequence[Activation]) -> None:
         """Evaluates the graph once; an activation computes its node with that execution input triggered."""
-        if self._edited:
-            self._take_edits()
-        for _, node in self._always:
+        for node in self._always:
             self._mark(node)
         queue = self._queue
         while queue:
@@ -55,31 +54,8 @@ class DirtyPushEvaluator:
                 self._queued.discard(behind)
                 self._compute(behind)
 
-    def _plan(self) -> None:
-        self._graph.settle_order()
-        computing = (node for node in self._graph.nodes.values() if node.type.compute is not None)
-        self._nodes = sorted(computing, key=lambda node: node.rank)
-        self._always = [(node.rank, node) for node in self._nodes if node.type.always_dirty]
-
-    def edited(self, changed: Iterable[Node]) -> None:
-        """Records an edit in place of the `changed` nodes; `run` works out what it means."""
-        self._edited = True
-        for node in changed:
-            for one in (node,) if node.type.compute is not None else node.readers:
-                self._mark(one)
-
-    def _take_edits(self) -> None:
-        self._edited = False
-        self._plan()
-        present = set(self._nodes)
-        self._seen = {node: values for node, values in self._seen.items() if node in present}
-        self._queued &= present
-        self._queue = [(node.rank, node) for node in self._nodes if node in self._queued]
-
     def reset(self) -> None:
         """Everything will be computed again."""
-        if self._edited:
-            self._take_edits()
         self._seen.clear()
         self._queue = [(node.rank, node) for node in self._nodes]
         self._queued = set(self._nodes)
@@ -112,8 +88,7 @@ class DirtyPushEvaluator:
             node.graph.touched(node)
         elif node not in self._queued and node.type.compute is not None:
             self._queued.add(node)
-            if not self._edited:
-                heapq.heappush(self._queue, (node.rank, node))
+            heapq.heappush(self._queue, (node.rank, node))
 
     def _compute(self, node: Node) -> None:
         db = node.db

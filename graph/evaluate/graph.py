@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Literal, Protocol, get_args
 
 from graph.base.suggest import did_you_mean
@@ -14,7 +14,7 @@ from graph.spec.file_spec import Evaluator, GraphSpec, PipelineStage
 
 from .causes import cause_of
 from .instances import with_target
-from .node import ComputeError, Node
+from .node import ComputeError, Node, StaleNode
 from .omnigraph_names import FamiliarGraph
 from .wire import Copy
 
@@ -61,18 +61,18 @@ class Graph(FamiliarGraph):
         evaluator_of: Callable[[Graph], EvaluatorProtocol],
         target: str = "",
     ) -> None:
-        self.spec = spec
+        self.compiled_spec = spec
         """What it was compiled from; values set since are in `written`."""
         self.path = spec.path
         self.evaluator: Evaluator = spec.evaluator
         self.pipeline_stage: PipelineStage = spec.pipeline_stage
         self.variables = variables
         self.mark = spec.mark
-        self.nodes: dict[str, Node] = {}
-        self.ranks = 0
-        """Larger than the rank of any of its nodes."""
-        self.reorder: Callable[[], None] | None = None
-        """Restores the ranks after edits that left a valid order that differs from the file's."""
+        self.members: dict[str, Node] = {}
+        """Its nodes, whether edits wait to be compiled or not."""
+        self.stale: Callable[[str], None] | None = None
+        """Compiles the edits that wait of the graph with this path; None if no edit waits."""
+        self._stale_nodes: list[Node] = []
         self.context = Context()
         self.on_error: Literal["stop", "continue"] = "stop"
         self.excuses: Excuses = "lacks" if spec.excuses_lacks else "waiting"
@@ -109,6 +109,43 @@ class Graph(FamiliarGraph):
     def __repr__(self) -> str:
         return f"<{self.evaluator} graph {self.path}, {len(self.nodes)} nodes>"
 
+    @property
+    def nodes(self) -> dict[str, Node]:
+        """Its nodes by name, compiled, in file order."""
+        self.settle()
+        return self.members
+
+    @property
+    def spec(self) -> GraphSpec:
+        """What it is compiled from, with all edits; values set since are in `written`."""
+        self.settle()
+        return self.compiled_spec
+
+    def settle(self) -> None:
+        """Compiles the edits that wait. Raises UserError if they do not fit together."""
+        if self.stale is not None:
+            self.stale(self.path)
+
+    def outdate(self, nodes: Iterable[Node], compile_edits: Callable[[str], None]) -> None:
+        """Records an edit that concerns these nodes; what they read, and every evaluation, compiles it first."""
+        for node in nodes:
+            node.__class__ = StaleNode
+            self._stale_nodes.append(node)
+        self.stale = compile_edits
+
+    def refresh(self) -> list[Node]:
+        """Ends what `outdate` began, because the caller compiles the edits; returns the nodes that were outdated."""
+        nodes, self._stale_nodes, self.stale = self._stale_nodes, [], None
+        for node in nodes:
+            node.__class__ = Node
+        return nodes
+
+    def drop(self, name: str) -> None:
+        """Removes a node; what was connected to it is outdated."""
+        node = self.members.pop(name)
+        node.__class__ = Node
+        node.release()
+
     def node(self, name: str) -> Node:
         """The node with that name or path. Raises KeyError with the nearest name."""
         name = name.removeprefix(f"{self.path}/")
@@ -132,6 +169,7 @@ class Graph(FamiliarGraph):
         """
         if self._running:
             raise RuntimeError(f"graph {self.path} is being evaluated already; a node cannot evaluate its own graph")
+        self.settle()
         self.context = context
         if self.disabled:
             return
@@ -146,7 +184,6 @@ class Graph(FamiliarGraph):
                 self._evaluate_instances(context, activations)
             else:
                 if self.evaluator_state is None:
-                    self.settle_order()
                     self.evaluator_state = self._evaluator_of(self)
                 started = [(self._of(node), name) for node, name in activations] if activations else []
                 if self._requested:
@@ -156,12 +193,6 @@ class Graph(FamiliarGraph):
             self._running = False
             if self._idle:
                 self._now_idle()
-
-    def settle_order(self) -> None:
-        """Updates the ranks."""
-        reorder, self.reorder = self.reorder, None
-        if reorder is not None:
-            reorder()
 
     def request(self, node: Node) -> None:
         """Makes a node compute in the next evaluation, after events and activations, at most once."""
@@ -262,23 +293,15 @@ class Graph(FamiliarGraph):
 
     def take(self, fresh: Graph) -> None:
         """Takes over the form of an edited graph; `adopt` handles nodes, variables and instances."""
-        if fresh.spec.pipeline_stage != self.spec.pipeline_stage:
+        if fresh.spec.pipeline_stage != self.compiled_spec.pipeline_stage:
             self.pipeline_stage = fresh.pipeline_stage
-        self.spec, self.evaluator, self.mark = fresh.spec, fresh.evaluator, fresh.mark
-        self.starts, self.linked, self.written, self.ranks = fresh.starts, fresh.linked, {}, fresh.ranks
-        self.reorder = None
+        self.compiled_spec, self.evaluator, self.mark = fresh.compiled_spec, fresh.evaluator, fresh.mark
+        self.starts, self.linked, self.written = fresh.starts, fresh.linked, {}
         told = set(self.notes) if self._told else set()
         self.notes = tuple(note for note in fresh.notes if note not in told)
         self._told = False
-        self._wrap(self._wraps)
-
-    def add(self, nodes: Mapping[str, Node], starts: Mapping[Copy, None]) -> None:
-        """Adds new nodes, after all others, and the copies among them."""
-        for node in nodes.values():
-            node.graph = self
-        self.nodes.update(nodes)
-        self.ranks += len(nodes)
-        self.starts.update(starts)
+        if self._wraps:
+            self._wrap(self._wraps)
 
     def _wrap(self, wraps: Sequence[Callable[[Node, Compute], Compute]]) -> None:
         for wrap in wraps:
@@ -294,6 +317,7 @@ class Graph(FamiliarGraph):
 
         clear_commands: inputs of the role "command" become zero or empty.
         """
+        self.settle()
         for instance in self.instances.values():
             instance.reset(clear_commands=clear_commands)
         self.variables.reset()
@@ -310,8 +334,11 @@ class Graph(FamiliarGraph):
         """Releases what the nodes hold; calling it twice is harmless."""
         for instance in self.instances.values():
             instance.close()
-        for node in self.nodes.values():
+        stale, nodes = self.stale, self.refresh()
+        for node in self.members.values():
             node.release()
+        if stale is not None:
+            self.outdate(nodes, stale)
 
     def _of(self, node: Node | str) -> Node:
         return self.node(node) if isinstance(node, str) else node
@@ -330,6 +357,7 @@ class Graph(FamiliarGraph):
 
     def touched(self, node: Node) -> None:
         """Called when a value of this node was set from outside."""
+        self.settle()
         if self.evaluator_state is not None:
             self.evaluator_state.touched(node)
 

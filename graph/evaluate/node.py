@@ -56,12 +56,12 @@ class Node(FamiliarNode):
         "graph",
         "index",
         "initial_values",
+        "late",
         "mark",
         "name",
         "names",
         "passes",
         "path",
-        "pushes",
         "rank",
         "readers",
         "sources",
@@ -86,6 +86,8 @@ class Node(FamiliarNode):
         self.types: Mapping[str, Type | None] = {}
         self.names: Mapping[str, tuple[str, ...]] = {}
         """Attribute names by prefix, in file order; dynamic ones last."""
+        self.late: Mapping[str, int] = {}
+        """Open attributes whose type follows from a written value or a reader; see `graph.plan.draft.Draft.late`."""
         self.initial_values: Mapping[str, Any] = {}
         """The initial values of its attributes, by full name."""
         self.fed_names: frozenset[str] = frozenset()
@@ -94,8 +96,6 @@ class Node(FamiliarNode):
         """Full names of the attributes that a connection leads from."""
         self.passes: dict[str, list[Copy]] = {}
         """The functions that copy a set input to its readers, by full name."""
-        self.pushes: list[Copy] = []
-        """The functions that copy outputs and state to their readers."""
         self.wires_in: Mapping[str, list[Wire]] = {}
         """The wires that lead to each execution input, by full name."""
         self.asked = False
@@ -273,9 +273,10 @@ class Node(FamiliarNode):
         initial: Mapping[str, Any],
         added: Mapping[str, Attribute],
         layout: Layout,
+        late: Mapping[str, int],
     ) -> None:
         """Makes the storage: names by prefix, types and initial values by full name, attributes that the file added."""
-        self.names, self.types, self.initial_values, self.added = names, types, initial, added
+        self.names, self.types, self.initial_values, self.added, self.late = names, types, initial, added, late
         db = self.db
         db.inputs, db.outputs, db.state = layout.inputs(), layout.outputs(), layout.state()
         for name in layout.wires:
@@ -299,7 +300,6 @@ class Node(FamiliarNode):
         """
         self.fed_names, self.consumed_names, self.passes, self.wires_in = fed, consumed, passes, wires_in
         self.sources, self.readers = sources, readers
-        self.pushes = pushes
         self.db._push = all_of(pushes)
         # Found at the first compute: most nodes of a large graph may never need it.
         self.db._set_pulls(True if sources else ())
@@ -350,6 +350,25 @@ class Node(FamiliarNode):
         db.asleep = False
         db._set_blocked(False)
         db.memory = None if self.type.memory is None else self.type.memory()
+
+
+class StaleNode(Node):
+    """A node that an edit concerns that is not compiled yet: reading what the compiler decides compiles the graph."""
+
+    __slots__ = ()
+
+    if not TYPE_CHECKING:
+
+        def __getattribute__(self, name):
+            if name in COMPILED:
+                self.graph.settle()
+            return object.__getattribute__(self, name)
+
+
+COMPILED = frozenset(Node.__slots__) - {
+    *("_used", "added", "asked", "graph", "index", "mark", "name", "names", "path", "type")
+}
+"""What the compiler decides about a node."""
 
 
 @cache

@@ -47,16 +47,6 @@ class Wire:
         self.targets = tuple([step_to(db, name) for db, name in reversed(targets)])
         self.only = self.targets[0] if len(targets) == 1 else None
 
-    def add(self, db: Database, name: str) -> None:
-        """Adds a target, which is followed after the others."""
-        self.lead_to([*((step[0], step[1]) for step in reversed(self.targets)), (db, name)])
-
-    def remove(self, db: Database, name: str) -> None:
-        """Removes a target."""
-        kept = [(step[0], step[1]) for step in reversed(self.targets)]
-        kept.remove((db, name))
-        self.lead_to(kept)
-
     def renew(self) -> None:
         """Reads the present compute functions of the targets."""
         self.targets = tuple(step_to(db, cause) for db, cause, *_ in self.targets)

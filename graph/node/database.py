@@ -344,6 +344,8 @@ class Database:
         if stem:
             return names_in_order([n for n in names if n.startswith(stem) and n[len(stem) :].isdecimal()])
         declared = getattr(self._node.type, prefix)
+        if len(names) == len(declared):
+            return []
         return names_in_order([name for name in names if name not in declared])
 
     def _no_wire(self, output: str) -> NoReturn:

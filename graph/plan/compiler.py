@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 from graph.base.errors import Mark, Problem, UserError
@@ -13,7 +14,7 @@ from graph.base.suggest import did_you_mean
 from graph.evaluate.evaluators import evaluator_of
 from graph.evaluate.graph import Graph
 from graph.evaluate.instances import instance_spec
-from graph.evaluate.node import Layout
+from graph.evaluate.node import Layout, Node
 from graph.node.declaration import NodeType
 from graph.node.registry import DEFAULT, Registry, UnknownNodeTypeError
 from graph.node.variables import Variables
@@ -29,7 +30,7 @@ from .wiring import flows, rank, wire
 SKIP_ADVICE = "--skip-unknown runs the rest of the file"
 _SUGGESTED = 20
 """Most unknown types of a file for which the nearest name is searched."""
-_NODE_NAME = re.compile(r"[^\s./:\[\]>]+(?:/[^\s./:\[\]>]+)*")
+NODE_NAME = re.compile(r"[^\s./:\[\]>]+(?:/[^\s./:\[\]>]+)*")
 
 
 class _Problems:
@@ -46,17 +47,20 @@ class _Problems:
             raise UserError([*placed, *(p for p in self.found if not p.mark)])
 
 
-def compile_graphs(specs: Sequence[GraphSpec], registry: Registry = DEFAULT) -> list[Graph]:
+def compile_graphs(
+    specs: Sequence[GraphSpec], registry: Registry = DEFAULT, kept: Mapping[str, Node] | None = None
+) -> list[Graph]:
     """The graphs of a file, in its order, ready to evaluate.
 
-    Resolves short names, checks names, types and values, resolves open types, finds cycles and orders the nodes.
+    Resolves short names, checks names, types and values, resolves open types, finds cycles and orders the nodes. kept:
+    nodes of an earlier compilation, by path, whose types and initial values are still right.
     Raises UserError with every problem of all graphs, each with its place and, if a name is close, a suggestion; and
     OverLimit beyond the limit graph.nodes.
     """
     nodes = sum(len(spec.nodes) * max(len(spec.instances), 1) for spec in specs)
     check("graph.nodes", nodes, f"the graphs have {nodes:,} nodes, once for each prim that has the graph")
     with collector_paused():
-        graphs = _compile(specs, registry)
+        graphs = _compile(specs, registry, kept=kept or {})
         for graph in graphs:
             if graph.spec.instances:
                 graph.instances = _instances(graph, registry)
@@ -89,7 +93,9 @@ def _instances(graph: Graph, registry: Registry) -> dict[str, Graph]:
     return {prim: _compile([instance_spec(spec, prim)], registry, prim)[0] for prim in spec.instances}
 
 
-def _compile(specs: Sequence[GraphSpec], registry: Registry, target: str = "") -> list[Graph]:
+def _compile(
+    specs: Sequence[GraphSpec], registry: Registry, target: str = "", kept: Mapping[str, Node] = MappingProxyType({})
+) -> list[Graph]:
     report = _Problems()
     graphs: list[Graph] = []
     nodes = Nodes()
@@ -102,15 +108,16 @@ def _compile(specs: Sequence[GraphSpec], registry: Registry, target: str = "") -
         paths.add(spec.path)
         graph = Graph(spec, _variables(spec, report), evaluator_of, target)
         graphs.append(graph)
-        _draft_nodes(spec, graph, nodes, shapes, registry, report)
+        _draft_nodes(spec, graph, nodes, shapes, registry, kept, report)
     drafts = list(nodes.drafts.values())
     links = link_all(specs, nodes, report)
     settle_types(drafts, links, report)
     found = flows(links, report)
     rank(drafts, found, report)
-    for graph in graphs:
-        graph.ranks = len(drafts)
-    starts: list[tuple[Draft, Any]] = [(draft, initial_values(draft, shapes[draft.type], report)) for draft in drafts]
+    starts: list[tuple[Draft, Any]] = [
+        (draft, draft.kept.initial_values if draft.kept else initial_values(draft, shapes[draft.type], report))
+        for draft in drafts
+    ]
     report.raise_if_any()
     for draft, initial in starts:
         shape = shapes[draft.type]
@@ -119,8 +126,8 @@ def _compile(specs: Sequence[GraphSpec], registry: Registry, target: str = "") -
         if draft.dynamic:
             names = all_names(draft, shape)
             layout = Layout.of(draft.type.short_name, names, initial)
-        draft.node.build(names, types, initial, draft.dynamic, layout)
-        draft.node.graph.nodes[draft.node.name] = draft.node
+        draft.node.build(names, types, initial, draft.dynamic, layout, draft.late)
+        draft.node.graph.members[draft.node.name] = draft.node
     wire(drafts, links, found, report)
     report.raise_if_any()
     for draft in drafts:
@@ -135,6 +142,7 @@ def _draft_nodes(
     nodes: Nodes,
     shapes: dict[NodeType, Shape],
     registry: Registry,
+    kept: Mapping[str, Node],
     report: _Problems,
 ) -> None:
     names = nodes.of_graph.setdefault(spec.path, [])
@@ -144,7 +152,7 @@ def _draft_nodes(
         if path in nodes.drafts or path in nodes.broken:
             report(f'node "{node.name}" is written twice in graph {spec.path}; rename one', node.mark)
             continue
-        if not _NODE_NAME.fullmatch(node.name):
+        if not NODE_NAME.fullmatch(node.name):
             report(f'"{node.name}" is not a node name; use letters, digits and underscores', node.mark)
         names.append(node.name)
         node_type = types.get(node.type) or types.setdefault(node.type, _node_type(node.type, nodes, registry))
@@ -155,7 +163,12 @@ def _draft_nodes(
         if node_type not in shapes:
             shapes[node_type] = Shape.of(node_type)
         index = len(nodes.drafts)
-        nodes.drafts[path] = draft_node(graph, node, node_type, shapes[node_type], index, report)
+        old = None if shapes[node_type].deprecates else kept.get(path)
+        if old is None or old.added or None in old.types.values():
+            nodes.drafts[path] = draft_node(graph, node, node_type, shapes[node_type], index, report)
+        else:
+            fresh = Node(graph, node.name, node_type, index, node.mark)
+            nodes.drafts[path] = Draft(fresh, node_type, node, dict(old.types), (), late=dict(old.late), kept=old)
 
 
 def _node_type(name: str, nodes: Nodes, registry: Registry) -> NodeType | str:

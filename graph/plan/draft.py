@@ -18,6 +18,8 @@ from graph.values.conversion import way_between
 from graph.values.types import Extended, Type
 from graph.values.untyped import natural_type, typed_value
 
+BACKWARDS = 2**63
+"""In place of an index: the type follows from a reader."""
 Report = Callable[[str, "Mark | None"], None]
 """Takes a message and a mark."""
 
@@ -42,6 +44,10 @@ class Draft:
     refused: set[str] = field(default_factory=set)
     """Attributes at which a connection that was reported should have ended."""
     consumed: set[str] = field(default_factory=set)
+    late: dict[str, int] = field(default_factory=dict)
+    """Open attributes whose type follows from a written value: the index of the node that has it; or BACKWARDS."""
+    kept: Node | None = None
+    """The node of an earlier compilation whose types and initial values it takes over."""
     unset: str = ""
     """Why the node of an unfinished graph cannot compute."""
 

@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Iterable, Sequence
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from graph.evaluate import Node
+from collections.abc import Sequence
 
 
 def dependency_order(count: int, readers: Sequence[Sequence[int]]) -> list[int]:
@@ -29,29 +25,6 @@ def dependency_order(count: int, readers: Sequence[Sequence[int]]) -> list[int]:
             if not waiting[target]:
                 heapq.heappush(ready, target)
     return order
-
-
-def moved_behind(source: Node, target: Node) -> dict[Node, int] | None:
-    """New ranks that move a node after another one and keep every node after its sources; None if that is a cycle.
-
-    Only nodes between the two are examined (Pearce and Kelly 2006).
-    """
-    low, high = target.rank, source.rank
-
-    def reached(start: Node, step: Callable[[Node], Iterable[Node]]) -> list[Node]:
-        seen = {start: None}
-        for node in (pending := [start]):
-            fresh = [one for one in step(node) if low <= one.rank <= high and one not in seen]
-            seen.update(dict.fromkeys(fresh))
-            pending += fresh
-        return sorted(seen, key=lambda node: node.rank)
-
-    behind = reached(target, lambda node: [one for one in node.readers if node in one.sources])
-    if source in behind:
-        return None
-    before = reached(source, lambda node: node.sources)
-    ranks = sorted(node.rank for node in (*before, *behind))
-    return dict(zip((*before, *behind), ranks, strict=True))
 
 
 def cycles(count: int, readers: Sequence[Sequence[int]], *, most: int) -> list[list[int]]:

@@ -13,7 +13,7 @@ from graph.values.types import AnyType, Extended, Type, concrete_type
 from graph.values.untyped import coerced, natural_type, typed_value
 
 from .connections import Link, by_attribute
-from .draft import Draft, Report
+from .draft import BACKWARDS, Draft, Report
 
 
 class _WrongValueError(Exception):
@@ -78,10 +78,10 @@ class Known(KnownTypes):
     @property
     def unfinished(self) -> bool:
         """Whether the graph is being edited and may still contain what a run would refuse, as in the original."""
-        return self._draft.node.graph.spec.unfinished
+        return self._draft.node.graph.compiled_spec.unfinished
 
 
-class Settling:
+class _Settling:
     """Resolves the open types of some nodes along some links."""
 
     def __init__(self, drafts: Sequence[Draft], links: Sequence[Link], report: Report) -> None:
@@ -89,28 +89,31 @@ class Settling:
         self._links = links if self._open else ()
         self._at = by_attribute(self._links)
         self._report = report
+        self._stage = -1
+        """Forwards along connections; later the index of the node whose values are read; then BACKWARDS."""
         self._refused: set[Draft] = set()
+        self._answered: set[Draft] = set()
+        """Nodes that know no more than when they were asked, and then had no answer or answered everything."""
         self._pending: deque[tuple[Draft, str]] = deque()
 
     def run(self) -> None:
         """Forwards along connections, then from written values, then backwards from typed readers."""
-        self._run_forwards()
-        for draft in self._open:
-            for full in draft.open:
-                if draft.types[full] is None and full in draft.authored and full not in draft.fed:
-                    self._take_natural(draft, full)
-                    self._spread()
-        for link in self._links:
-            self._backward(link)
-            self._spread()
-
-    def _run_forwards(self) -> None:
         for draft in self._open:
             self._take_explicit(draft)
             self._ask(draft)
         for link in self._links:
             self._forward(link)
         self._spread()
+        for draft in self._open:
+            self._stage = draft.node.index
+            for full in draft.open:
+                if draft.types[full] is None and full in draft.authored and full not in draft.fed:
+                    self._take_natural(draft, full)
+                    self._spread()
+        self._stage = BACKWARDS
+        for link in self._links:
+            self._backward(link)
+            self._spread()
 
     def _take_explicit(self, draft: Draft) -> None:
         for full in draft.open:
@@ -134,8 +137,12 @@ class Settling:
                 self._set(draft, full, candidate)
                 return
 
-    def _set(self, draft: Draft, full: str, type_: Type) -> None:
+    def _set(self, draft: Draft, full: str, type_: Type, *causes: int) -> None:
         draft.types[full] = type_
+        self._answered.discard(draft)
+        stage = max(self._stage, *causes) if causes else self._stage
+        if stage >= 0:
+            draft.late[full] = stage
         self._pending.append((draft, full))
 
     def _spread(self) -> None:
@@ -146,7 +153,7 @@ class Settling:
             self._ask(draft)
 
     def _ask(self, draft: Draft) -> None:
-        if draft.type.resolve is None or draft in self._refused:
+        if draft.type.resolve is None or draft in self._answered or draft in self._refused:
             return
         try:
             answer = draft.type.resolve(Known(draft))
@@ -157,12 +164,16 @@ class Settling:
             self._refused.add(draft)
             self._report(f"{draft.label} ({draft.type.short_name}): {error}", draft.spec.mark)
             return
+        news = False
         for name, type_ in (answer or {}).items():
             if type_ is None:
                 continue
             full = next((f for f in (name, f"outputs:{name}", f"inputs:{name}") if f in draft.open), None)
             if full is not None and draft.types[full] is None:
-                self._set(draft, full, concrete_type(type_) if isinstance(type_, str) else type_)
+                self._set(draft, full, concrete_type(type_) if isinstance(type_, str) else type_, *draft.late.values())
+                news = True
+        if not news or None not in [draft.types[full] for full in draft.open]:
+            self._answered.add(draft)
 
     def _forward(self, link: Link) -> None:
         known = link.source.types[link.source_name]
@@ -170,7 +181,7 @@ class Settling:
         if known is not None and declared is not None:
             chosen = settle(known, declared)
             if chosen is not None:
-                self._set(link.target, link.target_name, chosen)
+                self._set(link.target, link.target_name, chosen, link.source.late.get(link.source_name, -1))
 
     def _backward(self, link: Link) -> None:
         known = link.target.types[link.target_name]
@@ -187,12 +198,7 @@ def settle_types(drafts: Sequence[Draft], links: Sequence[Link], report: Report)
     An open output that nothing resolves stays open: its values pass unchanged. A required open input that is neither
     connected nor set is reported.
     """
-    Settling(drafts, links, report).run()
-    check_types(drafts, links, report)
-
-
-def check_types(drafts: Sequence[Draft], links: Sequence[Link], report: Report) -> None:
-    """Reports connections whose types do not match, and required open inputs that are neither connected nor set."""
+    _Settling(drafts, links, report).run()
     unknowable: set[Draft] | None = None
     for link in links:
         source, target = link.source.types[link.source_name], link.target.types[link.target_name]
@@ -215,7 +221,7 @@ def check_types(drafts: Sequence[Draft], links: Sequence[Link], report: Report) 
                 name = full.removeprefix("inputs:")
                 unit = f" [{attribute.unit}]" if attribute.unit else ""
                 message = f"input {name}{unit} is not set. Give it a value or connect it."
-                if draft.node.graph.spec.unfinished:
+                if draft.node.graph.compiled_spec.unfinished:
                     draft.unset = message
                 else:
                     report(f"{draft.label}: {message}", draft.spec.mark)

@@ -29,7 +29,7 @@ NUMBERS = (*INTEGER_RANGES, *DECIMALS)
 """Storages of numbers; bool is not one."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False, slots=True)
 class Type:
     """One concrete type. Equal types are one object, so they can be compared with `is`.
 
@@ -47,6 +47,9 @@ class Type:
 
     def __str__(self) -> str:
         return self.name
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return concrete_type, (self.name,)
 
     @property
     def numeric(self) -> bool:

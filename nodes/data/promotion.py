@@ -95,6 +95,8 @@ def input_types(known: KnownTypes, *names: str) -> list[Type]:
 def tuples_of_one_size(known: KnownTypes, *chosen: str) -> list[Type]:
     """As `input_types`. Raises ValueError, which names both inputs and their sources, for tuples of different size."""
     types = input_types(known, *chosen)
+    if all(one.count == 1 for one in types):
+        return types
     names = list(chosen) or [name.removeprefix("inputs:") for name in known if name.startswith("inputs:")]
     shaped = [(name, one) for name, one in zip(names, types, strict=False) if one.count > 1]
     for name, one in shaped[1:]:

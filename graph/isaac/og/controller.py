@@ -123,7 +123,7 @@ class Controller:
         latest = graphs.latest(graph.path) or graph
 
         def made(name: str) -> Any:
-            return latest.nodes[name] if name in latest.nodes else Compound(graph, name)
+            return latest.members.get(name) or Compound(graph, name)
 
         names = {short: made(name) for short, name in work.names.items()}
         return graph, [made(name) for name in work.created], prims, names
@@ -146,7 +146,7 @@ class Controller:
     def create_node(self: Any, node_id: Any, node_type_id: Any, allow_exists: bool = False) -> Any:
         """Makes a node; `node_id`: its path, or (name, graph). With `allow_exists` an existing one is returned."""
         graph, name = find.graph_and_name(self.graphs, node_id)
-        there = graph.nodes.get(name)
+        there = graph.members.get(name)
         if there is not None and allow_exists:
             return there
         return self.edit(graph, {Keys.CREATE_NODES: [(name, node_type_id)]})[1][0]
@@ -254,7 +254,9 @@ class Controller:
         if value is UNGIVEN:
             raise OmniGraphError("set needs a value")
         target = _value_of(self, attribute, node)
-        if isinstance(target, AttributeOf) and target.node.types.get(target.full_name) is None:
+        if isinstance(target, AttributeOf) and (
+            _may_wait(self.graphs, target, value) or target.node.types.get(target.full_name) is None
+        ):
             self.edit(target.node.graph, {Keys.SET_VALUES: [(target, value)]})
             return
         try:
@@ -284,25 +286,23 @@ class Controller:
 
 
 def _edited(graphs: GraphSet, graph_id: Any, commands: Mapping[str, Any]) -> tuple[Edit, Graph, list[Any]]:
-    """Makes the edit: in place if its effect is small, else by compiling the graph again."""
     path, scope = find.inside_compound(graphs, graph_id)
     path = path or find.existing(graphs, graph_id)
-    model = graphs.lasting_model(path) if path else None
-    if model is not None:
-        work = Edit(graphs, model)
-        done = None
-        try:
-            work.collect(commands, scope)
-            done = work.apply_in_place()
-        finally:
-            if done is None:
-                graphs.forget(path)
-        if done is not None:
-            return work, *done
-    spec = graphs.current_spec(path) if path else new_spec(graphs, graph_id)
-    work = Edit(graphs, Model(spec, graphs.registry))
-    work.collect(commands, scope)
-    return work, *work.apply()
+    work = Edit(graphs, graphs.model(path) if path else Model(new_spec(graphs, graph_id), graphs.registry))
+    try:
+        work.collect(commands, scope)
+        return work, *work.apply()
+    except BaseException:
+        work.undo()
+        raise
+
+
+def _may_wait(graphs: GraphSet, target: AttributeOf, value: Any) -> bool:
+    """Whether setting a value is an edit that may wait for others that do; a connected input is refused at once."""
+    node, full = target.node, target.full_name
+    if node.graph.stale is None or full.startswith("outputs:") or graphs.model(node.graph.path).is_fed(node.name, full):
+        return False
+    return not (type(value) is int and node.attribute(full).type == "bool")  # an edit takes 0 and 1
 
 
 def _value_of(controller: Any, attribute: Any, node: Any) -> Any:

@@ -10,11 +10,11 @@ from graph.base.paths import at_or_below
 from graph.base.suggest import did_you_mean
 from graph.editing.errors import OmniGraphError, OmniGraphValueError
 from graph.editing.graph_set import GraphSet
-from graph.editing.model import PREFIXES, SUBGRAPH, Model, NodeModel
+from graph.editing.model import PREFIXES, SUBGRAPH, EditPlace, Model, NodeModel
 from graph.evaluate import Graph, Node
 from graph.node.declaration import NodeType
 from graph.node.registry import UnknownNodeTypeError
-from graph.spec.file_spec import ConnectionSpec, VariableSpec
+from graph.spec.file_spec import VariableSpec
 from graph.spec.migration import migrated_type
 from graph.values.coercion import shown
 from graph.values.types import concrete_type
@@ -36,9 +36,7 @@ class Edit:
         self._main = model
         self._names = EditNames(graphs, model)
         self._problems: list[Problem] = []
-        self._value_marks: set[int] = set()
-        self._marks: set[int] = set()
-        self._kept: list[Mark] = []
+        self._value_marks: set[Mark] = set()
         self._prims = PrimPlan(graphs, model.path)
         self.created: list[str] = []
         """Names of new nodes in this graph, compounds included, in order."""
@@ -59,9 +57,7 @@ class Edit:
                 continue
             work: Callable[[Any, str, Mark], None] = getattr(self, f"_{key}")
             for position, entry in enumerate(listed(operations[key])):
-                mark = Mark(f"{self._main.path} {scope}{key.upper()}[{position}]", 0, 0)
-                self._kept.append(mark)
-                self._marks.add(id(mark))
+                mark = EditPlace(f"{self._main.path} {scope}{key.upper()}[{position}]", 0, 0)
                 try:
                     work(entry, scope, mark)
                 except ToldError:
@@ -72,38 +68,38 @@ class Edit:
                     message = f"{shown(entry)} is not an entry of {key.upper()}; write {FORMS[key]}"
                     self._problems.append(Problem(message, mark))
 
-    def apply_in_place(self) -> tuple[Graph, list[Any]] | None:
-        """Makes the edit in place if it only adds and sets.
-
-        Returns None, with nothing changed, if that is not possible: then the graph must be compiled, or the edit is
-        wrong.
-        """
-        patch = None if self._problems or len(self._names.models) > 1 else self._main.patch()
-        graph = self._graphs.patched(self._main, patch) if patch is not None else None
-        if graph is None:
-            return None
+    def apply(self) -> tuple[Graph, list[Any]]:
+        """Makes the edit; returns the graph and the prims. Raises OmniGraphError, with nothing changed."""
+        models, alone = self._names.models, len(self._names.models) == 1
+        done = alone and not self._problems and self._graphs.defer(self._main)
+        applied = {} if done else self._compile()
+        for model in models.values():
+            self._graphs.accept(model, applied.get(model.path))
+        graph = applied.get(self._main.path) or self._graphs.get(self._main.path)
         self._warn()
         return graph, self._prims.apply()
 
-    def apply(self) -> tuple[Graph, list[Any]]:
-        """Compiles and applies; returns the graph and the prims. Raises OmniGraphError, with nothing changed."""
-        for path in list(self._names.models):
+    def _compile(self) -> dict[str, Graph]:
+        models = self._names.models
+        for path in list(models):
             for other in self._graphs.linked_with(path):
                 self._names.model(other)
-        specs = [model.spec() for model in self._names.models.values()]
+        specs = [model.spec() for model in models.values()]
         if self._problems:
             self._problems += self._graphs.problems(specs)  # of the entries that were applied
             self._raise_problems()
-        touched = {path: model.touched for path, model in self._names.models.items()}
+        touched = {path: [*model.touched] for path, model in models.items()}
         try:
-            applied = self._graphs.apply(specs, touched)
+            return self._graphs.apply(specs, touched)
         except UserError as error:
             self._problems += error.problems
             self._raise_problems()
             raise
-        self._forget_marks(applied)
-        self._warn()
-        return applied[self._main.path], self._prims.apply()
+
+    def undo(self) -> None:
+        """Takes back what was collected."""
+        for model in self._names.models.values():
+            model.undo()
 
     def _warn(self) -> None:
         for note in self._names.notes:
@@ -112,25 +108,8 @@ class Edit:
     def _raise_problems(self) -> None:
         if not self._problems:
             return
-        only_values = all(id(one.mark) in self._value_marks for one in self._problems)
+        only_values = all(one.mark in self._value_marks for one in self._problems)
         raise (OmniGraphValueError if only_values else OmniGraphError)(self._problems)
-
-    def _forget_marks(self, applied: Mapping[str, Graph]) -> None:
-        """Removes places in the edit, which mean nothing in later messages."""
-        for path, model in self._names.models.items():
-            if not model.touched:
-                continue
-            for name in model.touched:
-                node = model.nodes.get(name)
-                if node is not None:
-                    if id(node.mark) in self._marks:
-                        node.mark = applied[path].nodes[name].mark = None
-                    if node.marks:
-                        node.marks = {key: mark for key, mark in node.marks.items() if id(mark) not in self._marks}
-            for ends, one in model.connections.items():
-                if id(one.mark) in self._marks:
-                    model.connections[ends] = ConnectionSpec(one.source, one.target)
-            applied[path].spec = model.spec()
 
     # -- the keys ----------------------------------------------------------------------------------------------------
 
@@ -141,7 +120,6 @@ class Edit:
         for other in self._graphs.linked_with(model.path):
             self._names.model(other).drop(gone)
         model.remove_node(name)
-        model.touched.discard(name)
 
     def _create_nodes(self, entry: Any, scope: str, mark: Mark) -> None:
         written, kind = entry
@@ -150,7 +128,7 @@ class Edit:
         if name in self._main.nodes or name in self._main.compounds:
             raise OmniGraphError(f'node "{name}" already exists in graph {self._main.path}; choose another name')
         if isinstance(kind, Mapping) or kind == COMPOUND:
-            self._main.changes.others = True
+            self._main.others = True
             self._main.compounds[name] = {}
             self._note_created(short, name)
             self.collect(kind if isinstance(kind, Mapping) else {}, f"{name}/{SUBGRAPH}/")
@@ -164,8 +142,7 @@ class Edit:
             self._names.broken.add(name)
             raise OmniGraphError(f'node "{name}": {error}') from None
         self._main.nodes[name] = NodeModel(type_id, mark=mark)
-        self._main.touched.add(name)
-        self._main.changes.nodes[name] = None
+        self._main.touched[name] = None
         self._note_created(short, name)
 
     def _note_created(self, short: str, name: str) -> None:
@@ -188,7 +165,7 @@ class Edit:
             raise OmniGraphError(f"{owner}.{full} already exists")
         node = model.change(name)
         node.attributes[full] = type_name(type_)
-        model.changes.others |= name not in model.changes.nodes
+        model.others = True
 
     def _flag(self, node: NodeModel, full: str, value: Any) -> Any:
         """0 and 1 as False and True if the attribute is a bool, as OmniGraph does."""
@@ -209,7 +186,7 @@ class Edit:
         name, kind, *value = entry
         if name in self._main.variables:
             raise OmniGraphError(f'variable "{name}" already exists in graph {self._main.path}')
-        self._main.changes.others = True
+        self._main.others = True
         given = value[0] if value else None
         if isinstance(given, TypedValue):
             given = given.value
@@ -240,7 +217,7 @@ class Edit:
         ports = self._main.compounds[compound]
         if port in ports and prefix == "outputs":
             raise OmniGraphError(f"the compound {compound} has a port {port} already")
-        self._main.changes.others = True
+        self._main.others = True
         ports[port] = (*ports.get(port, ()), *(f"{node}.{full}" for _, node, full in ends))
 
     def _disconnect(self, entry: Any, scope: str, mark: Mark) -> None:
@@ -248,7 +225,7 @@ class Edit:
             for model in self._names.models.values():
                 ends = _seen_from(model, source), _seen_from(model, target)
                 if model.disconnect(ends):
-                    target[0].touched.add(target[1])
+                    target[0].touched[target[1]] = None
                     break
             else:
                 raise OmniGraphError(f"{_shown(source)} and {_shown(target)} are not connected")
@@ -259,7 +236,6 @@ class Edit:
             ends = _seen_from(model, source), _seen_from(model, target)
             if ends not in model.connections:
                 model.connect(ends, mark)
-                model.touched.add(target[1])
 
     def _pairs(self, entry: Any, scope: str) -> list[tuple[tuple[Model, str, str], tuple[Model, str, str]]]:
         if not isinstance(entry, Sequence) or isinstance(entry, str) or len(entry) != 2:
@@ -270,7 +246,7 @@ class Edit:
 
     def _set_values(self, entry: Any, scope: str, mark: Mark) -> None:
         written, value, *kind = entry
-        self._value_marks.add(id(mark))
+        self._value_marks.add(mark)
         for model, name, full in self._names.present_ends(written, scope, "target"):
             node = model.change(name)
             bare = full.partition(":")[2]
@@ -279,8 +255,6 @@ class Edit:
                 node.marks.pop(bare, None)
             node.inputs[full] = self._flag(node, full, plain_value(value, kind[0] if kind else None))
             node.marks[full] = mark
-            if name not in model.changes.nodes:
-                model.changes.values.append((name, full))
 
 
 def _seen_from(model: Model, end: tuple[Model, str, str]) -> str:

@@ -36,7 +36,7 @@ class EditNames:
     def model(self, path: str) -> Model:
         """The model of a graph, made at first use."""
         if path not in self.models:
-            self.models[path] = Model(self._graphs.current_spec(path), self._graphs.registry)
+            self.models[path] = self._graphs.model(path)
         return self.models[path]
 
     def new_name(self, written: Any, scope: str) -> str:

@@ -172,7 +172,6 @@ def _respecify(graphs: GraphSet, path: str, change: Any) -> None:
     from graph.base.errors import UserError
 
     try:
-        graphs.forget(path)
         graphs.apply([change(graphs.current_spec(path))], {})
     except UserError as error:
         raise OmniGraphError(error.problems) from None

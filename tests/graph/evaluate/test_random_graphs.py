@@ -179,10 +179,9 @@ def test_edits_end_where_a_fresh_compile_begins(evaluator, before, after, data):
 
 def anatomy(graph):
     """All that compiling decides, by node: order of computing, types, values to start with, who feeds whom and how."""
-    graph.settle_order()
+    graph.settle()
     order = sorted(graph.nodes.values(), key=lambda node: node.rank)
     assert [one.index for one in graph.nodes.values()] == sorted(one.index for one in graph.nodes.values())
-    assert max((one.rank for one in order), default=-1) < max(graph.ranks, 1)
     return {
         node.name: (
             order.index(node),
@@ -323,6 +322,33 @@ def test_single_edits_leave_what_a_fresh_compile_makes(evaluator, all_there, cal
                 one.evaluate(Context.standalone())
         seen.append((list(ORDER), outputs(one)))
     assert seen[0] == seen[1]
+
+
+def outcome(control, method, arguments):
+    """What a call says: "" if it is done."""
+    try:
+        getattr(control, method)(*arguments)
+    except (OmniGraphError, ComputeError, RunawayError) as error:
+        return str(error)
+    return ""
+
+
+@settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(
+    st.sampled_from(["push", "dirty_push", "execution"]),
+    st.lists(st.one_of(single_edits(), st.just(("evaluate_sync", ("/R",)))), min_size=8, max_size=30),
+)
+def test_edits_that_wait_are_refused_as_those_compiled_at_once_and_end_in_the_same_graph(evaluator, calls):
+    controls = [Controller(registry=LIBRARY) for _ in range(2)]
+    graphs = [control.edit({"graph_path": "/R", "evaluator_name": evaluator})[0] for control in controls]
+    for graph in graphs:
+        graph.step_limit = 50
+    for method, arguments in calls:
+        waiting, at_once = (outcome(control, method, arguments) for control in controls)
+        assert waiting == at_once
+        graphs[1].settle()
+    assert anatomy(graphs[0]) == anatomy(graphs[1])
+    assert anatomy(graphs[0]) == anatomy(compile_graphs([controls[0].graphs.current_spec("/R")], LIBRARY)[0])
 
 
 @st.composite
