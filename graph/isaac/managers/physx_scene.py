@@ -99,8 +99,9 @@ class PhysxScene(PhysicsScene):
             **{each.name: self._authored(f"physxScene:{_camel(each.name)}", None) for each in fields(PhysxGpuCfg)}
         )
 
-    def set_gpu_configuration(self, configuration: PhysxGpuCfg) -> None:
+    def set_gpu_configuration(self, cfg: PhysxGpuCfg | dict[str, int]) -> None:
         """Stores the given sizes on the prim. Raises ValueError below 0."""
+        configuration = PhysxGpuCfg(**cfg) if isinstance(cfg, dict) else cfg
         sizes = {each.name: getattr(configuration, each.name) for each in fields(PhysxGpuCfg)}
         for name, size in sizes.items():
             if size is not None and size < 0:

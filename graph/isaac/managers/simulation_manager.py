@@ -114,6 +114,26 @@ class ManagedSimulation(SimulationSetup):
         self._defaults = dict.fromkeys(self._defaults, bool(enable))
         self._use_defaults()
 
+    def enable_warm_start_callback(self, enable: bool = True) -> None:
+        """Switches the warm-up on play."""
+        self._switch("warm_start", enable)
+
+    def enable_on_stop_callback(self, enable: bool = True) -> None:
+        """Switches the end of the warm-up on stop."""
+        self._switch("on_stop", enable)
+
+    def enable_post_warm_start_callback(self, enable: bool = True) -> None:
+        """Stored only: nothing follows a warm-up here."""
+        self._switch("post_warm_start", enable)
+
+    def enable_stage_open_callback(self, enable: bool = True) -> None:
+        """Stored only: an App opens its one stage when it is made."""
+        self._switch("stage_open", enable)
+
+    def _switch(self, name: str, enable: bool) -> None:
+        self._defaults[name] = bool(enable)
+        self._use_defaults()
+
     def is_default_callback_enabled(self, callback_name: str) -> bool:
         """Whether an automatic action is on; False for an unknown name."""
         return self._defaults.get(callback_name, False)

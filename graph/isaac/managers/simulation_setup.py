@@ -174,11 +174,11 @@ class SimulationSetup(Simulation):
             _log.info("physics engines: %s", ", ".join(f"{name} (active)" if on else name for name, on in engines))
         return engines
 
-    def switch_physics_engine(self, engine: str, verbose: bool = False) -> bool:
+    def switch_physics_engine(self, engine_name: str, verbose: bool = False) -> bool:
         """Makes an engine active, by its name in any case; False, and an error in the log, for an unknown one."""
         active = self.get_active_physics_engine()
-        if engine.lower() != active.lower():
-            _log.error('physics engine "%s" is not available; there is "%s"', engine, active)
+        if engine_name.lower() != active.lower():
+            _log.error('physics engine "%s" is not available; there is "%s"', engine_name, active)
             return False
         if verbose:
             _log.info("physics engine: %s", active)

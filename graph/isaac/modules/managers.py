@@ -6,14 +6,24 @@ from typing import Any, ClassVar
 
 from graph.isaac.outcomes import tell_inert
 from graph.isaac.session import RUN, app, kit
-from graph.sim import IsaacEvents, PhysicsScene, PhysxScene, RenderingEvent, SimulationEvent
+from graph.sim import (
+    IsaacEvents,
+    NewtonMjcScene,
+    PhysicsScene,
+    PhysxGpuCfg,
+    PhysxScene,
+    RenderingEvent,
+    SimulationEvent,
+)
 from graph.sim.scene.scene_attributes import scene_prims
 
 from .prims import attribute
 
 __all__ = [
     "IsaacEvents",
+    "NewtonMjcScene",
     "PhysicsScene",
+    "PhysxGpuCfg",
     "PhysxScene",
     "RenderingEvent",
     "RenderingManager",
@@ -43,8 +53,8 @@ class SimulationManager(metaclass=_Of):
         app().simulation.step(steps=steps, callback=callback, update_fabric=update_fabric)
 
     @classmethod
-    def set_backend(cls, backend: str) -> None:
-        SimulationManager._backend = backend
+    def set_backend(cls, val: str) -> None:
+        SimulationManager._backend = val
 
     @classmethod
     def get_backend(cls) -> str:

@@ -15,12 +15,35 @@ CAPACITY = 31
 Which = Literal["simulation", "monotonic", "system"]
 
 
+class RationalTime(Fraction):
+    """A time [s] with the call that scripts make on it."""
+
+    def to_float(self) -> float:
+        """The nearest float."""
+        return float(self)
+
+
 class SampleData(NamedTuple):
     """The times of a sample as floats [s]."""
 
     simulation: float
     monotonic: float
     system: float
+
+    @property
+    def sim_time(self) -> float:
+        """As `simulation`, in Isaac Sim's words."""
+        return self.simulation
+
+    @property
+    def sim_time_monotonic(self) -> float:
+        """As `monotonic`, in Isaac Sim's words."""
+        return self.monotonic
+
+    @property
+    def system_time(self) -> float:
+        """As `system`, in Isaac Sim's words."""
+        return self.system
 
     @property
     def valid(self) -> bool:
@@ -35,6 +58,11 @@ class Sample(NamedTuple):
     simulation: Fraction
     monotonic: Fraction
     system: Fraction
+
+    @property
+    def time(self) -> RationalTime:
+        """The key."""
+        return RationalTime(self.key)
 
     @property
     def data(self) -> SampleData:

@@ -140,7 +140,7 @@ class TimeQueries:
     def get_sample_range(self) -> tuple[Fraction, Fraction] | None:
         """The keys of the oldest and the newest time sample [s]."""
         samples = self.samples.all()
-        return (samples[0].key, samples[-1].key) if samples else None
+        return (samples[0].time, samples[-1].time) if samples else None
 
     def get_buffer_capacity(self) -> int:
         """The largest number of time samples."""
