@@ -77,6 +77,8 @@ class _Finder(MetaPathFinder, Loader):
 
     def exec_module(self, module: ModuleType) -> None:
         """Nothing to run: names come at their first use; an old name is said once."""
+        if module.__name__ == "pxr.PhysxSchema":
+            home_of("physx_schema")  # a prim takes its classes from now on
         if instead := names_of(module.__name__).instead:
             from .outcomes import tell_old_name
 

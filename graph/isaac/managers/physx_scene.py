@@ -94,10 +94,8 @@ class PhysxScene(PhysicsScene):
         self._switch("enableStabilization", enabled, _ENGINE)
 
     def get_gpu_configuration(self) -> PhysxGpuCfg:
-        """The sizes of GPU buffers that the prim authors, None for the others."""
-        return PhysxGpuCfg(
-            **{each.name: self._authored(f"physxScene:{_camel(each.name)}", None) for each in fields(PhysxGpuCfg)}
-        )
+        """The sizes of GPU buffers that the prim authors, PhysX's own for the others."""
+        return PhysxGpuCfg(**{name: self._authored(_gpu_attribute(name), size) for name, size in _GPU_SIZES.items()})
 
     def set_gpu_configuration(self, cfg: PhysxGpuCfg | dict[str, int]) -> None:
         """Stores the given sizes on the prim. Raises ValueError below 0."""
@@ -108,8 +106,8 @@ class PhysxScene(PhysicsScene):
                 raise ValueError(f"{name} {size}: give 0 or more")
         for name, size in sizes.items():
             if size is not None:
-                self._author(f"physxScene:{_camel(name)}", "UInt", int(size))
-                self._stored_only(f"physxScene:{_camel(name)}", _CPU)
+                self._author(_gpu_attribute(name), "UInt", int(size))
+                self._stored_only(_gpu_attribute(name), _CPU)
 
     def _choose(self, name: str, value: str, choices: tuple[str, ...], why: str) -> None:
         if value not in choices:
@@ -121,6 +119,27 @@ class PhysxScene(PhysicsScene):
         self._author(f"physxScene:{name}", "Bool", bool(value))
         if value:
             self._stored_only(f"physxScene:{name}", why)
+
+
+_GPU_SIZES = {
+    "gpu_collision_stack_size": 1 << 26,
+    "gpu_found_lost_aggregate_pairs_capacity": 1 << 10,
+    "gpu_found_lost_pairs_capacity": 1 << 18,
+    "gpu_heap_capacity": 1 << 26,
+    "gpu_max_deformable_surface_contacts": 1 << 20,
+    "gpu_max_num_partitions": 8,
+    "gpu_max_particle_contacts": 1 << 20,
+    "gpu_max_rigid_contact_count": 1 << 19,
+    "gpu_max_rigid_patch_count": 81920,
+    "gpu_max_soft_body_contacts": 1 << 20,
+    "gpu_temp_buffer_capacity": 1 << 24,
+    "gpu_total_aggregate_pairs_capacity": 1 << 10,
+}
+
+
+def _gpu_attribute(name: str) -> str:
+    present = {"gpu_max_soft_body_contacts": "gpu_max_deformable_volume_contacts"}
+    return f"physxScene:{_camel(present.get(name, name))}"
 
 
 def _camel(name: str) -> str:

@@ -473,6 +473,9 @@ class _View:
     def __init__(self, prim_paths_expr: Any, name: str = "xform_prim_view", *args: Any, **named: Any) -> None:
         named |= dict(zip(("positions", "translations", "orientations", "scales"), args, strict=False))
         pose = {key: value for key, value in _pose(named, one=False).items() if value is not None}
+        filters = named.get("contact_filter_prim_paths_expr")
+        if filters is not None and issubclass(self._wrapper, new.RigidPrim):
+            pose["contact_filter_paths"] = filters
         self._view = self._wrapper(prim_paths_expr, **pose)
         self.name = name
         for key in ("masses", "densities"):
@@ -587,6 +590,9 @@ class RigidPrim(_View):
 
     def __init__(self, prim_paths_expr: Any, name: str = "rigid_prim_view", *args: Any, **named: Any) -> None:
         super().__init__(prim_paths_expr, name, *args, **named)
+
+    def get_contact_force_matrix(self, indices: Any = None, clone: bool = True, dt: float = 1.0) -> Any:
+        return self._view.get_contact_force_matrix(indices=indices, dt=dt).numpy()
 
     def get_contact_force_data(self, indices: Any = None, clone: bool = True, dt: float = 1.0) -> tuple[Any, ...]:
         return tuple(one.numpy() for one in self._view.get_contact_force_data(indices=indices, dt=dt))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import wraps
 from typing import Any
 
 from graph.sim.usd import Sdf, Usd
@@ -33,6 +34,35 @@ _PREFIXES = {
 }
 __all__ = [*_PREFIXES, "Tokens"]  # noqa: PLE0604
 _KINDS = {bool: "bool", int: "int", float: "float", str: "token"}
+
+
+def _take_our_schemas() -> None:
+    """Lets `prim.HasAPI`, `ApplyAPI`, `RemoveAPI` and `CanApplyAPI` of USD take the schemas below by their classes."""
+    for name in ("HasAPI", "ApplyAPI", "RemoveAPI", "CanApplyAPI"):
+        usual = getattr(Usd.Prim, name)
+        if not hasattr(usual, "__wrapped__"):
+            setattr(Usd.Prim, name, _taking(name, usual))
+
+
+def _taking(name: str, usual: Any) -> Any:
+    @wraps(usual)
+    def call(self: Any, schema: Any, *instance: Any, **named: Any) -> Any:
+        if not (isinstance(schema, type) and issubclass(schema, _Api)):
+            return usual(self, schema, *instance, **named)
+        part = str(named.get("instanceName") or (instance[0] if instance else ""))
+        full = f"{schema.name}:{part}" if part else schema.name
+        if name == "HasAPI":
+            return any(one == full or (not part and one.startswith(f"{full}:")) for one in _applied(self))
+        if name == "CanApplyAPI":
+            return bool(self)
+        return (self.AddAppliedSchema if name == "ApplyAPI" else self.RemoveAppliedSchema)(full)
+
+    return call
+
+
+def _applied(prim: Any) -> list[str]:
+    """The API schemas of a prim, those that USD does not know too."""
+    return [str(one) for one in prim.GetPrimTypeInfo().GetAppliedAPISchemas()] if prim else []
 
 
 class Tokens:
@@ -71,8 +101,7 @@ class _Api:
         return self._prim.GetPath()
 
     def __bool__(self) -> bool:
-        applied = [] if not self._prim else [str(one) for one in self._prim.GetAppliedSchemas()]
-        return any(one == self.name or one.startswith(f"{self.name}:") for one in applied)
+        return any(one == self.name or one.startswith(f"{self.name}:") for one in _applied(self._prim))
 
     def _full(self, words: str) -> str:
         short = words[0].lower() + words[1:]
@@ -115,3 +144,4 @@ class _Api:
 
 for _name, _prefix in _PREFIXES.items():
     globals()[_name] = type(_name, (_Api,), {"name": _name, "prefix": _prefix, "__module__": "pxr.PhysxSchema"})
+_take_our_schemas()

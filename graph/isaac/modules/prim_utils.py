@@ -203,7 +203,8 @@ def upgrade_prim_semantics_to_labels(prim: Any, *, include_descendants: bool = F
     """Turns labels of the former schema, `SemanticsAPI`, into present ones; gives the paths of the changed prims."""
     root, changed = get_prim_at_path(prim), []
     for one in list(Usd.PrimRange(root)) if include_descendants else [root]:
-        former = [str(name) for name in one.GetAppliedSchemas() if str(name).startswith("SemanticsAPI:")]
+        listed = one.GetPrimTypeInfo().GetAppliedAPISchemas()  # those that USD does not know, too
+        former = [str(name) for name in listed if str(name).startswith("SemanticsAPI:")]
         for schema in former:
             name = f"semantic:{schema.partition(':')[2]}:params:semantic"
             taxonomy, label = (one.GetAttribute(name + part).Get() for part in ("Type", "Data"))

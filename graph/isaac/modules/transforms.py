@@ -116,7 +116,8 @@ def quaternion_to_euler_angles(
     quaternion: Any, *, degrees: bool = False, extrinsic: bool = True, dtype: Any = None, device: Any = None
 ) -> Result:
     given = _array(quaternion)
-    out = _angles(rotation_matrices(given.reshape(-1, 4)), extrinsic)
+    flat = given.reshape(-1, 4)
+    out = _angles(rotation_matrices(flat / np.linalg.norm(flat, axis=1, keepdims=True)), extrinsic)
     out = np.degrees(out) if degrees else out
     return result(out[0] if given.ndim == 1 else out)
 

@@ -194,3 +194,54 @@ def test_a_sensor_must_be_alone_of_its_type_and_below_a_body(resting):
     with pytest.raises(ValueError, match="one element for each ray"):
         sensors.Raycast.create("/World/Cube/R", ray_origins=[[0, 0, 0]], ray_directions=[[1, 0, 0], [0, 1, 0]])
     assert [sensors.IMU.create("/World/Cube/Imu").path for _ in range(2)] == ["/World/Cube/Imu", "/World/Cube/Imu_01"]
+
+
+def test_schemas_of_physx_are_asked_for_by_their_classes(resting):
+    app, _ = resting
+    with graph.isaac.importable():
+        schema = import_module("pxr.PhysxSchema")
+    prim = app.stage.GetPrimAtPath("/World/Cube")
+    assert not prim.HasAPI(schema.PhysxContactReportAPI)
+    schema.PhysxContactReportAPI.Apply(prim)
+    assert prim.HasAPI(schema.PhysxContactReportAPI)
+    assert prim.RemoveAPI(schema.PhysxContactReportAPI)
+    assert not prim.HasAPI(schema.PhysxContactReportAPI)
+    assert prim.HasAPI(import_module("pxr.UsdPhysics").RigidBodyAPI)
+
+
+def test_angles_of_a_quarter_turn_do_not_depend_on_the_length_of_its_quaternion():
+    with graph.isaac.importable():
+        utils = import_module("isaacsim.core.experimental.utils.transform")
+    for axis in range(3):
+        turn = np.zeros(4)
+        turn[[0, axis + 1]] = 0.7071  # a length of 0.99999
+        for extrinsic in (True, False):
+            angles = utils.quaternion_to_euler_angles(turn, extrinsic=extrinsic).numpy()
+            assert angles == pytest.approx(np.pi / 2 * np.eye(3)[axis], abs=1e-3)
+
+
+def test_a_camera_looks_along_its_negative_z():
+    with graph.isaac.importable():
+        utils = import_module("isaacsim.core.experimental.utils.transform")
+    matrix = utils.look_at_matrix([10, 0, 0], [0, 0, 0])
+    assert [-one for one in matrix.GetRow3(2)] == pytest.approx([-1, 0, 0])
+    assert list(matrix.ExtractTranslation()) == pytest.approx([10, 0, 0])
+    turn = utils.quaternion_to_rotation_matrix(utils.look_at_quaternion([10, 0, 0], [0, 0, 0])).numpy()
+    assert -turn[:, 2] == pytest.approx([-1, 0, 0], abs=1e-6)
+    straight_down = utils.look_at_quaternion([0, 0, 10], [0, 0, 0]).numpy()
+    assert np.linalg.norm(straight_down) == pytest.approx(1)
+
+
+def test_former_labels_become_present_ones():
+    with App() as app, graph.isaac.importable():
+        labels = import_module("isaacsim.core.experimental.utils.semantics")
+        former = import_module("Semantics").SemanticsAPI
+        prim = app.stage.DefinePrim("/World/Box", "Cube")
+        old = former.Apply(prim, "class")
+        old.CreateSemanticTypeAttr().Set("class")
+        old.CreateSemanticDataAttr().Set("box")
+        assert labels.upgrade_prim_semantics_to_labels("/World/Box") == ["/World/Box"]
+        assert labels.get_labels(prim) == {"class": ["box"]}
+        assert labels.upgrade_prim_semantics_to_labels("/World/Box") == []
+        labels.remove_all_labels(prim)
+        assert labels.get_labels(prim) == {"class": []}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 
 import pytest
@@ -361,9 +362,11 @@ def test_enabling_gpu_dynamics_turns_ccd_off():
 def test_gpu_configuration():
     with App():
         scene = PhysxScene("/PhysicsScene")
-        assert scene.get_gpu_configuration() == PhysxGpuCfg()
+        usual = scene.get_gpu_configuration()
+        assert (usual.gpu_heap_capacity, usual.gpu_max_num_partitions) == (1 << 26, 8)
         scene.set_gpu_configuration(PhysxGpuCfg(gpu_heap_capacity=1 << 20))
-        assert scene.get_gpu_configuration() == PhysxGpuCfg(gpu_heap_capacity=1 << 20)
+        scene.set_gpu_configuration({"gpu_max_num_partitions": 4})
+        assert scene.get_gpu_configuration() == replace(usual, gpu_heap_capacity=1 << 20, gpu_max_num_partitions=4)
         assert scene.prim.GetAttribute("physxScene:gpuHeapCapacity").Get() == 1 << 20
         with pytest.raises(ValueError, match="gpu_heap_capacity -1"):
             scene.set_gpu_configuration(PhysxGpuCfg(gpu_heap_capacity=-1))
