@@ -9,7 +9,7 @@ import numpy as np
 
 from graph.base.errors import RunError
 from graph.base.records import dataclass
-from graph.sim.transforms import Floats, rigid_part
+from graph.sim.transforms import Floats, apply, rigid_part, transformed
 
 from .inertial import attribute_of
 
@@ -106,13 +106,11 @@ class RaySensor:
         chosen = self.fired(now - 1 / app.simulation.steps_per_second, now)
         placed = np.asarray(app.fabric.world_matrix(self.path), float)
         turn = rigid_part(placed)[:3, :3]
-        origins = self.origins[chosen] @ placed[:3, :3].T + placed[:3, 3]
-        directions = self.directions[chosen] @ turn.T
+        origins, directions = transformed(placed, self.origins[chosen]), apply(turn, self.directions[chosen])
         depths, normals, prims = self._cast(app, origins, directions)
         ends = positions = origins + directions * depths[:, None]
         if not self.in_world:
-            inverse = np.linalg.inv(placed)
-            positions, normals = ends @ inverse[:3, :3].T + inverse[:3, 3], normals @ turn
+            positions, normals = transformed(np.linalg.inv(placed), ends), apply(turn.T, normals)
         return RayReading(float(now), origins, ends, depths, positions, normals, prims if self.names else [])
 
     def _cast(self, app: App, origins: Floats, directions: Floats) -> tuple[Floats, Floats, list[str]]:

@@ -205,10 +205,26 @@ def inverse_rigid(matrix: Floats) -> Floats:
     return out
 
 
+def apply(matrix: NDArray[Any], vectors: NDArray[Any], *, axis: int = -1) -> NDArray[Any]:
+    """A (k, m) matrix times many vectors, whose m components lie along `axis`; there the result has k.
+
+    One pass a component: a product of a tall array would go to BLAS, whose idle threads take another processor.
+    """
+    parts = np.moveaxis(vectors, axis, 0)
+    shape = [*vectors.shape]
+    shape[axis] = len(matrix)
+    out = np.empty(shape, np.result_type(matrix, vectors))
+    for one, factors in zip(np.moveaxis(out, axis, 0), matrix, strict=True):
+        np.multiply(parts[0], factors[0], out=one)
+        for part, factor in zip(parts[1:], factors[1:], strict=True):
+            one += part * factor
+    return out
+
+
 def transformed(matrix: Floats, points: Floats) -> Floats:
     """(n, 3) points through a (4, 4) matrix; those that are not finite stay so."""
     with np.errstate(invalid="ignore"):
-        return points @ matrix[:3, :3].T + matrix[:3, 3]
+        return apply(matrix[:3, :3], points) + matrix[:3, 3]
 
 
 FLAT = 1e-300

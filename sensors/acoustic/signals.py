@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from graph.base.records import dataclass
+from graph.sim.transforms import apply
 from sensors.raycast.ranged import cast_ranged
 from sensors.raycast.rays import RayBundle, RayMemory
 from sensors.raycast.world import CastWorld
@@ -97,7 +98,7 @@ class Beam:
             return
         turn = rotation.astype(np.float32)
         self._directions, self._across, self._up = (
-            turn @ part for part in (self._fan.directions, self._fan.across, self._fan.up)
+            apply(turn, part, axis=0) for part in (self._fan.directions, self._fan.across, self._fan.up)
         )
         self._table[:, 3:] = self._directions.T
         self._memory.forget()
@@ -106,7 +107,8 @@ class Beam:
     def lit(self, scene: Scene, pose: np.ndarray, reach: float) -> Lit:
         """What the tubes meet within `reach` [m], from a mount with this pose (4, 4)."""
         self._turn(pose[:3, :3])
-        origin, parts = pose[:3, 3], (self._directions, self._across, self._up, self._solid)
+        origin = pose[:3, 3]
+        parts: tuple[np.ndarray, ...] = self._directions, self._across, self._up, self._solid
         bundle = RayBundle(
             *(origin, self._table, None, scene.exclude, reach), columns=self._directions, memory=self._memory
         )
@@ -140,7 +142,7 @@ def echoes(
         ways, distances, cosines = lit.directions, lit.distances, lit.cosines
     else:
         lit, ways, distances, cosines = _seen(scene, lit, receiver[:3, 3])
-    gain = membrane.gain(receiver[:3, 0].astype(np.float32) @ ways)
+    gain = membrane.gain(apply(receiver[None, :3, 0].astype(np.float32), ways, axis=0)[0])
     lengths = lit.distances + distances
     slope = np.float32(air.wave_number / (2 * math.pi)) * (lit.directions + ways)
     footprint = np.sinc(_dot(slope, lit.across)) * np.sinc(_dot(slope, lit.up))

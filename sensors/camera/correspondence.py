@@ -10,6 +10,7 @@ from graph.base.errors import UserError
 from graph.base.records import dataclass
 from graph.sim.renderer.wrapper import unwrapped
 from graph.sim.scene.prim_paths import prim_at
+from graph.sim.transforms import apply
 from sensors.raycast.shadows import Shadows
 
 from .lens import Floats, Lens, ParallelLens
@@ -37,15 +38,15 @@ class Reference:
         """(2, n) u, v [px] of world points (n, 3) [m], and of directions (m, 3) after them."""
         if isinstance(self.lens, ParallelLens):
             directions = np.full_like(directions, np.nan)  # it images what is at a finite place only
-        local = (points - self.pose[:3, 3]) @ self.pose[:3, :3], directions @ self.pose[:3, :3]
-        return self.lens.project(TO_USD @ np.concatenate(local).T)
+        ways = np.concatenate([points - self.pose[:3, 3], directions])
+        return self.lens.project(apply((self.pose[:3, :3] @ TO_USD).T, ways).T)
 
     def eyes(self, points: Floats) -> Floats:
         """(n, 3) [m] world, where the rays to points begin."""
         if not isinstance(self.lens, ParallelLens):
             return np.broadcast_to(self.pose[:3, 3], points.shape)
-        ahead = (points - self.pose[:3, 3]) @ self.pose[:3, 2]
-        return np.asarray(points - ahead[:, None] * self.pose[:3, 2])
+        ahead = apply(self.pose[None, :3, 2], points - self.pose[:3, 3])
+        return np.asarray(points - ahead * self.pose[:3, 2])
 
 
 def reference_of(app: App, path: str) -> CameraRuntime:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graph.base.records import dataclass
-from graph.sim.transforms import rigid_part
+from graph.sim.transforms import apply, rigid_part, transformed
 
 from .light_images import LightImages, Warn
 from .sky import Sky
@@ -159,7 +159,7 @@ def irradiance(light: Light, points: np.ndarray, normals: np.ndarray) -> tuple[n
     if light.slide is None:
         return total[None], place
     slide, turn = light.slide
-    return slide.thrown(turn @ (points - light.place[:, None])) * total, place
+    return slide.thrown(apply(turn, points - light.place[:, None], axis=0)) * total, place
 
 
 def _cone(light: Light, points: np.ndarray) -> np.ndarray:
@@ -252,7 +252,7 @@ def _textured(light: Light, values: _Inputs, matrix: np.ndarray, images: LightIm
 
 
 def _placed(matrix: np.ndarray, local: np.ndarray) -> np.ndarray:
-    return np.asarray(local @ matrix[:3, :3].T + matrix[:3, 3], np.float32)
+    return np.asarray(transformed(matrix, local), np.float32)
 
 
 def _lengths(matrix: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from graph.base.records import dataclass
-from graph.sim.transforms import inverse_rigid
+from graph.sim.transforms import apply, inverse_rigid, transformed
 from sensors.raycast.world import CastWorld
 
 from .lens import Lens
@@ -45,8 +45,9 @@ def motion_vectors(lens: Lens, view: View, before: Instant | None, now: Instant)
         back = before.bodies @ np.stack([inverse_rigid(pose) for pose in now.bodies])
         for number in np.unique(body[body >= 0]).tolist():
             rows = np.flatnonzero(body == number)
-            points[rows] = points[rows] @ back[number][:3, :3].T + back[number][:3, 3]
-    then = lens.project(TO_USD @ ((points - before.pose[:3, 3]) @ before.pose[:3, :3]).T)
+            points[rows] = transformed(back[number], points[rows])
+    local = apply((before.pose[:3, :3] @ TO_USD).T, points - before.pose[:3, 3])
+    then = lens.project(local.T)
     moved_by = (then - lens.centres()[:, hit]).T
     out[hit] = np.where(np.isfinite(moved_by), moved_by, 0.0)
     return out

@@ -10,6 +10,7 @@ import numpy as np
 from graph.base.records import dataclass, field
 from graph.sim.geometry.corners import Corners, corners_of, primvar_at_corners
 from graph.sim.geometry.surfaces import Mesh
+from graph.sim.transforms import apply
 
 from .networks import Coordinates, Source, Warn
 from .stage_values import numbers_of
@@ -73,7 +74,7 @@ class OnPlane:
 
     def at(self, points: np.ndarray) -> np.ndarray:
         """(k, n) float32 at points (k, 3) float64 in the world [m]."""
-        st = self.places[:, :3] @ points.T + self.places[:, 3:]
+        st = apply(self.places[:, :3], points.T, axis=0) + self.places[:, 3:]
         return self.texture.at((st - np.floor(st)).astype(np.float32), self.channels)
 
 
@@ -165,7 +166,7 @@ class Painter:
                 )
                 self.warn("texture-without-st", str(surface.path), said)
             found = np.full((1, 3, 2), coordinates.fallback, np.float32)
-        return np.asarray(found @ coordinates.matrix[:, :2].T + coordinates.matrix[:, 2], np.float32)
+        return np.asarray(apply(coordinates.matrix[:, :2], found) + coordinates.matrix[:, 2], np.float32)
 
     def gprim(self, surface: Any) -> Any:
         """The prim of a surface, for subsets the mesh."""

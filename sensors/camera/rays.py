@@ -6,6 +6,7 @@ from copy import copy
 
 import numpy as np
 
+from graph.sim.transforms import apply
 from sensors.compiled import compiled
 from sensors.raycast.rays import RayBundle, RayMemory, turn
 from sensors.raycast.windows import RayGrid
@@ -30,7 +31,7 @@ class CameraRays:
     def __init__(self, lens: Lens, shift: tuple[float, float] = (0.0, 0.0)) -> None:
         """shift: where in its pixel a ray goes, from the middle [px]."""
         optical = lens.unproject(lens.centres() + np.array(shift)[:, None])
-        self._local = np.ascontiguousarray(TO_USD @ optical, np.float32)
+        self._local = apply(TO_USD, optical, axis=0).astype(np.float32)
         self.along = None if isinstance(lens, ParallelLens) else optical[2].astype(np.float32)
         unseen = np.flatnonzero(~optical.any(axis=0))
         self.dark = unseen if len(unseen) else None
@@ -39,7 +40,7 @@ class CameraRays:
         self.wide = bool((optical[2] < 0).any())
         self._origins = None
         if isinstance(lens, ParallelLens):
-            self._origins = np.ascontiguousarray((TO_USD @ lens.origins(shift)).T, np.float32)
+            self._origins = np.ascontiguousarray(apply(TO_USD, lens.origins(shift), axis=0).T, np.float32)
         count = self._local.shape[1]
         self._table, self._world = np.empty((count, 6), np.float32), np.empty((3, count), np.float32)
         self._memory = RayMemory()
@@ -73,7 +74,7 @@ class CameraRays:
             self._turned_by = rotation.tobytes()
             self._memory.forget()
             if self._origins is not None:
-                self._offsets = np.ascontiguousarray(self._origins @ rotation.T.astype(np.float32))
+                self._offsets = apply(rotation.astype(np.float32), self._origins)
         bundle = RayBundle(pose[:3, 3], self._table, self._offsets, exclude, columns=self._world, memory=self._memory)
         self._rotation = rotation
         if grid:
@@ -100,7 +101,7 @@ class CameraRays:
     def grid(self) -> RayGrid:
         """The directions sorted by azimuth and elevation, as of the last bundle."""
         if self._grid is None:
-            self._grid = RayGrid((FORWARD_LEFT_UP.T.astype(np.float32) @ self._local).T)
+            self._grid = RayGrid(apply(FORWARD_LEFT_UP.T.astype(np.float32), self._local, axis=0).T)
         return self._grid.turned(self._rotation @ FORWARD_LEFT_UP)
 
     def further(self, rays: np.ndarray, bundle: RayBundle, distance: np.ndarray) -> RayBundle:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from graph.base.records import dataclass
+from graph.sim.transforms import apply
 
 from .textures import Texture
 
@@ -37,14 +38,15 @@ class Sky:
 
     def radiance(self, directions: np.ndarray) -> np.ndarray:
         """(k, 3) float32 [nit] from unit directions (3, k), world axes."""
-        x, y, z = self.turn.astype(np.float32) @ directions
+        x, y, z = apply(self.turn.astype(np.float32), directions, axis=0)
         s = 0.5 - np.arctan2(x, z) / np.float32(2 * np.pi)
         t = 1 - np.arccos(np.clip(y, -1, 1)) / np.float32(np.pi)
         return np.asarray(self.image.texture.at(np.stack([s, t]), range(3)) * self.color)
 
     def irradiance(self, normals: np.ndarray) -> np.ndarray:
         """(3, k) float32 [lux] on surfaces with normals (3, k), world axes."""
-        found = self.image.harmonics.T.astype(np.float32) @ harmonics(self.turn.astype(np.float32) @ normals)
+        local = apply(self.turn.astype(np.float32), normals, axis=0)
+        found = apply(self.image.harmonics.T.astype(np.float32), harmonics(local), axis=0)
         return np.asarray(np.maximum(found, np.float32(0)) * self.color[:, None])
 
 

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from graph.base.records import dataclass
+from graph.sim.transforms import apply
 
 from .image_files import ImageFiles
 from .lens import Floats
@@ -56,7 +57,7 @@ class Slide:
         1, for directions in which nothing goes.
         """
         _, height, width = self.tangents.shape
-        column, row = self._affine @ np.stack([x, y, np.ones_like(x)])
+        column, row = apply(self._affine, np.stack([x, y, np.ones_like(x)]), axis=0)
         step = np.full(len(x), np.inf)
         with np.errstate(all="ignore"):
             for _ in range(STEPS):

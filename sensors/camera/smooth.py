@@ -13,6 +13,7 @@ import numpy as np
 from graph.base.records import dataclass
 from graph.sim.arrays import array_of
 from graph.sim.geometry.surfaces import Mesh
+from graph.sim.transforms import apply
 from sensors.raycast.world import CastWorld, soft_prim
 
 from .materials import by_surface
@@ -60,7 +61,7 @@ def smoothen(view: View, shapes: Mapping[int, Smooth], world: CastWorld, state: 
         found = shapes[number].normals.at(triangle, hits.spots.uv[mine])
         body = int(world.body_of[number])
         if body >= 0 and poses is not None:
-            found = found @ poses[body][:3, :3].T.astype(np.float32)
+            found = apply(poses[body][:3, :3].astype(np.float32), found)
         length = np.sqrt((found * found).sum(axis=1, keepdims=True))
         length[(found * flat).sum(axis=1) < 0] *= -1  # on the side of the triangle's
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -83,7 +84,7 @@ def _smooth(surface: Any, painter: Painter, world: CastWorld) -> Smooth | None:
     if normals is None:
         return None
     with np.errstate(all="ignore"):
-        normals = normals @ np.linalg.inv(surface.frame[:3, :3])  # rows times the inverse: its transpose times columns
+        normals = apply(np.linalg.inv(surface.frame[:3, :3]).T, normals)
         unit = normals / np.linalg.norm(normals, axis=2, keepdims=True)
         flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         flat /= np.linalg.norm(flat, axis=1, keepdims=True)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from graph.base.records import dataclass
+from graph.sim.transforms import apply
 from sensors.annotators.types import AnnotatorType, Reading
 from sensors.errors import SensorValueError
 
@@ -165,7 +166,7 @@ def _positions(reading: Reading) -> np.ndarray:
 
     pose = reading.frame.end.world_sensor
     along = _directions(reading.frame.config.lens).reshape(*distance.shape, 3) * distance[..., None]
-    placed = along @ (pose[:3, :3] @ TO_USD).T + pose[:3, 3]
+    placed = apply(pose[:3, :3] @ TO_USD, along) + pose[:3, 3]
     return np.asarray(np.where(distance[..., None] > 0, placed, 0.0), np.float32)
 
 

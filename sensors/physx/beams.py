@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from graph.sim.transforms import apply, transformed
 from sensors.gmo.layout import ElementFlags
 from sensors.raycast.ranged import cast_ranged
 from sensors.raycast.shared import cast_world
@@ -29,8 +30,8 @@ def fire(
     does, a beam begins minRange ahead of its origin and goes maxRange from there.
     """
     nearest, farthest = ranges
-    rotation, place = pose[:3, :3], pose[:3, 3]
-    hits = cast_ranged(cast_world(app), origins @ rotation.T + place, directions @ rotation.T, ranges, poses, exclude)
+    starts, ways = transformed(pose, origins), apply(pose[:3, :3], directions)
+    hits = cast_ranged(cast_world(app), starts, ways, ranges, poses, exclude)
     reached = hits.distance
     depths = reached + np.float32(nearest)
     depths[reached > farthest] = np.inf

@@ -9,6 +9,7 @@ import numpy as np
 
 from graph.sim.geometry.surfaces import Mesh
 from graph.sim.renderer.schedule import Tick
+from graph.sim.transforms import apply, transformed
 from sensors.frame import cartesian, spherical
 from sensors.gmo import ElementFlags
 from sensors.motion.velocities import twists_at
@@ -218,7 +219,7 @@ class Scans(Model["RadarRuntime"]):
             local = boxes.copy()
             pose = bodies[body[moving]]
             local[moving] = np.einsum("sij,scj->sci", pose[:, :3, :3], boxes[moving]) + pose[:, None, :3, 3]
-        corners = (local - setting.pose[:3, 3]) @ setting.pose[:3, :3]
+        corners = apply(setting.pose[:3, :3].T, local - setting.pose[:3, 3])
         found = windows(corners, scan.azimuth_limit, scan.elevations, fan.step, setting.reach)
         owner = finer(found, fan.tubes, len(fan.table), setting.antenna, self._sampling.share)
         if owner is not None:
@@ -245,7 +246,7 @@ class Scans(Model["RadarRuntime"]):
         if "xyz" in wanted or turned is not None:
             points = cartesian(azimuth, elevation, distance)
             if turned is not None:
-                points = (points @ turned[:3, :3].T + turned[:3, 3]).astype(np.float32)
+                points = transformed(turned, points).astype(np.float32)
                 arrays |= dict(zip(("azimuth", "elevation", "distance"), spherical(points), strict=True))
             arrays["xyz"] = points
         return {name: array for name, array in arrays.items() if name in wanted}

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from graph.sim.transforms import apply
 from sensors.compiled import compiled
 
 COLUMNS = 720
@@ -79,7 +80,7 @@ class RayGrid:
         axes: (m, 3) float64, of any length, world axes; half: (m,) [rad], half the angle of each cone; from pi on, all
         rays. A ray is repeated for each cone that may contain it.
         """
-        return self.near_local(axes @ self.rotation, half, np.full(len(axes), span))
+        return self.near_local(apply(self.rotation.T, axes), half, np.full(len(axes), span))
 
     def near_local(self, axes: np.ndarray, half: np.ndarray, span: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The same, with the axes in the grid's own frame, and a span (m,) for each cone."""
@@ -151,7 +152,7 @@ def _cone(directions: np.ndarray) -> tuple[np.ndarray, float]:
     if not length > 1e-6 * max(1, len(lit)):  # all round, or no ray at all
         return np.array([0.0, 0.0, 1.0]), np.pi
     axis = middle / length
-    return axis, float(np.arccos(np.clip((lit @ axis).min(), -1.0, 1.0)))
+    return axis, float(np.arccos(np.clip(apply(axis[None], lit).min(), -1.0, 1.0)))
 
 
 def _bands(elevation: np.ndarray) -> np.ndarray:

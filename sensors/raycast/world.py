@@ -11,6 +11,7 @@ from typing import Any, TypeGuard
 import numpy as np
 
 from graph.sim.geometry.collect import Mesh, Plane, Solid
+from graph.sim.transforms import transformed
 
 from .moving import MovingSurfaces
 from .near import NEAR_ANCHOR_M, Moving
@@ -204,7 +205,7 @@ class CastWorld:
             return np.asarray(self._points(mesh, state), np.float64)
         points = np.asarray(mesh.vertices, np.float64)
         if body >= 0 and body_poses is not None:
-            return np.asarray(points @ body_poses[body][:3, :3].T + body_poses[body][:3, 3])
+            return transformed(body_poses[body], points)
         return points
 
     def vertex_velocities(self, surface: int, state: Any = None) -> np.ndarray:

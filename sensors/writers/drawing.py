@@ -11,6 +11,7 @@ import numpy as np
 from graph.base.errors import RunError
 from graph.base.outputs import make_folder, replacing
 from graph.base.suggest import did_you_mean
+from graph.sim.transforms import apply, transformed
 from sensors.frame import Frame
 
 VIEWS = {
@@ -177,10 +178,10 @@ class PointCloudDrawing(Drawing):
         pose = frame.end.world_sensor
         here = pose[:3, 3]
         if self._transform and frame.frame_of_reference != "WORLD":
-            points = points @ pose[:3, :3].T + here
+            points = transformed(pose, points)
         elif frame.frame_of_reference != "WORLD":
             here = np.zeros(3)
-        places = points @ self._axes.T
+        places = apply(self._axes, points)
         picture = self._begun(places, self._axes @ here)
         self._squares(picture, places, self._wide(self._size), self._color)
         width, height = self._pixels
@@ -220,7 +221,7 @@ class RayDrawing(Drawing):
         if not (np.isfinite(width) and width >= 0):
             raise ValueError("width is a length of 0 m or more")
         usable = np.isfinite(starts).all(axis=1) & np.isfinite(ends).all(axis=1)
-        first, last = (side[usable].astype(np.float64) @ self._axes.T for side in (starts, ends))
+        first, last = (apply(self._axes, side[usable].astype(np.float64)) for side in (starts, ends))
         image = Image.fromarray(self._begun(np.concatenate([first, last]), np.zeros(2)))
         pen, painted, wide = ImageDraw.Draw(image), tuple(blended(color).tolist()), self._wide(width)
         for line in np.stack([*self._pixel(first)[::-1], *self._pixel(last)[::-1]], axis=1).tolist():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from graph.sim.transforms import transformed
 from sensors.frame import Frame
 
 from .drawing import Drawing
@@ -29,8 +30,7 @@ class TopPicture(Drawing):
 
         points, pose = frame.xyz.astype(np.float64), frame.end.world_sensor
         if frame.frame_of_reference != "WORLD":
-            # Not by BLAS, whose threads would take the time of those that simulate.
-            points = np.einsum("ni,ji->nj", points, pose[:3, :3]) + pose[:3, 3]
+            points = transformed(pose, points)
         points = points[np.isfinite(points).all(axis=1)]
         ranges = np.linalg.norm(points - pose[:3, 3], axis=1)
         if self._colours is None and len(points):

@@ -102,7 +102,7 @@ def measure(quick: bool) -> Iterator[Row]:
     processor = Median([each * 1e3 for each, _ in frames[1:]])
     yield Row("the radar of the yard, a steady frame, processor time", processor, 75.0, "ms")
     yield Row("its first frame, loops compiled, processor time", first[0] * 1e3, 1000.0, "ms")
-    yield Row("its processor time / wall time, rays on one thread", Median([a / b for a, b in frames[1:]]), 1.1)
+    yield Row("processor time of all threads / of its own, rays on one", Median([a / b for a, b in frames[1:]]), 1.05)
 
 
 def _world(prims: dict[str, dict[str, Any]], fidelity: dict[str, Any]) -> App:
@@ -115,9 +115,9 @@ def _world(prims: dict[str, dict[str, Any]], fidelity: dict[str, Any]) -> App:
 
 
 def _yard(frames: int) -> list[tuple[float, float]]:
-    """Processor and wall time [s] of frames of the yard's radar, whose robot drives; rays are cast on one thread.
+    """Processor time [s] of frames of the yard's radar, whose robot drives, and of the thread that casts all rays.
 
-    What other libraries do on threads of their own shows as processor time.
+    What other libraries do on threads of their own, as BLAS does, shows as a difference, however loaded the machine is.
     """
     times: list[tuple[float, float]] = []
     with App.from_file(YARD) as app:
@@ -128,9 +128,9 @@ def _yard(frames: int) -> list[tuple[float, float]]:
         measure = sensor.measure
 
         def timed(tick: Any) -> Any:
-            before = time.process_time(), time.perf_counter()
+            before = time.process_time(), time.thread_time()
             found = measure(tick)
-            times.append((time.process_time() - before[0], time.perf_counter() - before[1]))
+            times.append((time.process_time() - before[0], time.thread_time() - before[1]))
             return found
 
         sensor.measure = timed  # type: ignore[method-assign]

@@ -1,6 +1,7 @@
 """Matrices, quaternions and what lies between two rotations: every case that divides by something small."""
 
 import math
+import time
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from graph.sim.transforms import (
+    apply,
     from_xyzw,
     inverse_rigid,
     pose_matrices,
@@ -165,3 +167,24 @@ def test_a_reflection_turns_round_the_side_axis_and_leaves_the_others_where_they
     assert found[:3, side] == pytest.approx(-axes[:3, side] / 2)
     assert found[:3, 3].tolist() == [1, 2, 3]
     assert rigid_parts(axes[None])[0] == pytest.approx(rigid_part(axes))
+
+
+@pytest.mark.parametrize("shape", [(5, 3), (2, 4, 3), (0, 3)])
+def test_a_matrix_times_vectors_along_either_axis(shape):
+    matrix = np.array([[1.0, 2.0, 3.0], [0.0, -1.0, 4.0]])
+    vectors = np.arange(np.prod(shape), dtype=float).reshape(shape)
+    expected = vectors @ matrix.T  # whole numbers: exact in any order
+    assert np.array_equal(apply(matrix, vectors), expected)
+    assert np.array_equal(apply(matrix, np.moveaxis(vectors, -1, 0), axis=0), np.moveaxis(expected, -1, 0))
+
+
+def test_a_matrix_times_many_vectors_takes_no_other_thread():
+    vectors, matrix = np.ones((200_000, 3)), np.eye(3)
+    everywhere, here = time.process_time(), time.thread_time()
+    for _ in range(20):
+        apply(matrix, vectors)
+    assert time.process_time() - everywhere < 1.2 * (time.thread_time() - here)
+
+
+def test_vectors_of_single_precision_stay_so():
+    assert apply(np.eye(3, dtype=np.float32), np.ones((2, 3), np.float32)).dtype == np.float32

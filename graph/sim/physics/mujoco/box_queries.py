@@ -8,7 +8,7 @@ import numpy as np
 
 from graph.sim import transforms
 from graph.sim.physics.protocol import RayHit
-from graph.sim.transforms import Floats
+from graph.sim.transforms import Floats, apply
 
 from .geoms import GEOMS
 from .library import mujoco
@@ -47,7 +47,7 @@ class BoxQueries:
         engine = self._engine
         engine.place_geoms()
         rotation, data = pose[:3, :3], engine.data
-        centers = (data.geom_xpos[self._geoms] - pose[:3, 3]) @ rotation
+        centers = apply(rotation.T, data.geom_xpos[self._geoms] - pose[:3, 3])
         gaps = np.linalg.norm(centers - np.clip(centers, -half, half), axis=1)
         found: dict[tuple[str, str], None] = {}
         for row in np.flatnonzero(gaps <= self._radii).tolist():
@@ -68,7 +68,7 @@ class BoxQueries:
         data = engine.data
         found: dict[tuple[str, str], RayHit] = {}
         offsets = data.geom_xpos[self._geoms] - origin
-        along = np.clip(offsets @ direction, 0, most)
+        along = np.clip(apply(direction[None], offsets)[:, 0], 0, most)
         gaps = np.linalg.norm(offsets - along[:, None] * direction, axis=1)
         for row in np.flatnonzero(gaps <= self._radii + radius).tolist():
             geom = int(self._geoms[row])

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from graph.sim.physics.protocol import RayHit
-from graph.sim.transforms import Floats
+from graph.sim.transforms import Floats, apply
 
 from .library import mujoco
 from .triggers import GROUP
@@ -23,7 +23,7 @@ def ray_hits(engine: MujocoEngine, origin: Floats, direction: Floats, most: floa
     collides = (model.geom_contype | model.geom_conaffinity).astype(bool) & (model.geom_group != GROUP)
     geoms = np.flatnonzero(collides)
     offsets = data.geom_xpos[geoms] - origin
-    along = np.clip(offsets @ direction, 0, most)
+    along = np.clip(apply(direction[None], offsets)[:, 0], 0, most)
     gaps = np.linalg.norm(offsets - along[:, None] * direction, axis=1)
     planes = model.geom_type[geoms] == mujoco.mjtGeom.mjGEOM_PLANE
     near = geoms[planes | (gaps <= model.geom_rbound[geoms])]
