@@ -35,6 +35,9 @@ ALL_ROUND_RAD = np.deg2rad(60.0)
 SCATTERED_M = 1.0
 """Rays that begin farther than this from their origin have nothing near them in common."""
 
+BESIDE = np.float32(1e-3)
+"""A ray is not cast if it passes a mesh's box by more than this, in radii of its sphere."""
+
 FEW_RAYS = 10_000
 """Up to this many rays it costs less to cast all at a few small meshes than to select."""
 
@@ -54,6 +57,7 @@ class MovingMeshes:
         centre = self.boxes.mean(axis=1)
         radii = [np.sqrt(((each - at) ** 2).sum(axis=1).max()) for each, at in zip(points, centre, strict=True)]
         self.radii = np.array(radii) * (1 + 1e-6) + 1e-6
+        self._halves = ((self.boxes[:, 1] - self.boxes[:, 0]) / (2 * self.radii[:, None])).astype(np.float32) + BESIDE
         self._near = NearMeshes(moving)
         if not self._near.all_few:  # otherwise all are gathered
             self._build(moving, centre)
@@ -131,20 +135,28 @@ class MovingMeshes:
         turns = poses[pairs.look if len(poses) > 1 else 0, self.bodies[which], :3, :3]
         towards = places.towards[pairs.look, which] / radii[:, None]
         shift = self._cells[which] - (np.swapaxes(turns, 1, 2) @ towards[:, :, None])[:, :, 0]  # in float64
-        frames = np.concatenate([towards, shift, turns.reshape(-1, 9)], axis=1, dtype=np.float32)
+        cells, halves = self._cells[which].astype(np.float32), self._halves[which]
+        frames = np.concatenate([towards, shift, turns.reshape(-1, 9), cells, halves], axis=1, dtype=np.float32)
         offsets = COMMON if rays.offsets is None else rays.offsets
-        lengths = radii.astype(np.float32)
-        local, entry = np.empty((len(pairs.index), 6), np.float32), np.empty(len(pairs.index), np.float32)
-        _into_cells(pairs.index, pairs.pair, rays.table, offsets, frames, lengths, local, entry)
+        lengths, room = radii.astype(np.float32), len(pairs.index)
+        local, entry = np.empty((room, 6), np.float32), np.empty(room, np.float32)
+        index, pair = np.empty((2, room), np.intp)
+        count = _into_cells(
+            *(pairs.index, pairs.pair, rays.table, offsets, nearest.distance, frames, lengths),
+            *(local, entry, index, pair),
+        )
+        if not count:
+            return
+        local, entry, index, pair = local[:count], entry[:count], index[:count], pair[:count]
         found = self._scene.cast(local, threads, uv=nearest.with_spots)
         met = found.distance, found.triangle, found.normals
         distance, triangle, normals = (np.empty_like(one) for one in met)
         _out_of_cells(
-            *(pairs.pair, entry, *met, frames, lengths, self._begins[which], self._counts[which]),
+            *(pair, entry, *met, frames, lengths, self._begins[which], self._counts[which]),
             *(distance, triangle, normals),
         )
         spots = None if found.uv is None else Spots(triangle, found.uv)
-        nearest.add_some(pairs.index, distance, self.surfaces[which].take(pairs.pair), normals, spots)
+        nearest.add_some(index, distance, self.surfaces[which].take(pair), normals, spots)
 
 
 @compiled
@@ -153,16 +165,22 @@ def _into_cells(
     pair: np.ndarray,
     table: np.ndarray,
     offsets: np.ndarray,
+    nearest: np.ndarray,
     frames: np.ndarray,
     radii: np.ndarray,
     local: np.ndarray,
     entry: np.ndarray,
-) -> None:
-    """Writes rays (r, 6) float32 in their meshes' cells, and their entry distances, (r,) float32; both in radii.
+    rays: np.ndarray,
+    meshes: np.ndarray,
+) -> int:
+    """Writes rays (r, 6) float32 in their meshes' cells, and their entry distances, (r,) float32; both in radii. Of
+    those that may meet the mesh's box before their nearest hit so far, which it counts, also `rays` and `meshes` (r,).
 
-    index, pair: (r,), of the ray and its mesh. table, offsets: of all rays. frames: (k, 15) float32, of each mesh the
-    way to its centre in radii, the place of the rays' origin in its cell, and its rotation, by rows; radii: (k,) [m].
+    index, pair: of the ray and its mesh, which are tried. table, offsets, nearest: of all rays. frames: (k, 21)
+    float32, of each mesh the way to its centre in radii, the place of the rays' origin in its cell, its rotation, by
+    rows, its cell, and half its box in radii; radii: (k,) [m].
     """
+    count = 0
     for row in range(len(index)):
         ray, mesh = index[row], pair[row]
         own, scale = min(ray, len(offsets) - 1), np.float32(1) / radii[mesh]
@@ -170,12 +188,21 @@ def _into_cells(
         u, v, w = table[ray, 3], table[ray, 4], table[ray, 5]
         # To the point nearest to the mesh's centre, less the way before it.
         ahead = frames[mesh, 0] * u + frames[mesh, 1] * v + frames[mesh, 2] * w - (u * x + v * y + w * z)
-        entry[row] = ahead = max(ahead - np.float32(BEFORE), np.float32(0))
+        entry[count] = ahead = max(ahead - np.float32(BEFORE), np.float32(0))
+        # The end of the way, as far as the nearest hit, which is rounded up.
+        enter, leave = np.float32(0), nearest[ray] * scale * (1 + BESIDE) - ahead + BESIDE
         for axis in range(3):
             one, two, three = frames[mesh, 6 + axis], frames[mesh, 9 + axis], frames[mesh, 12 + axis]
             direction = one * u + two * v + three * w
-            local[row, axis] = frames[mesh, 3 + axis] + (one * x + two * y + three * z) + direction * ahead
-            local[row, 3 + axis] = direction
+            start = frames[mesh, 3 + axis] + (one * x + two * y + three * z) + direction * ahead
+            local[count, axis], local[count, 3 + axis] = start, direction
+            each = np.float32(1) / (direction + np.float32(1e-20))  # a ray along a side is never, or always, within
+            span, middle = abs(each) * frames[mesh, 18 + axis], each * (frames[mesh, 15 + axis] - start)
+            enter, leave = max(enter, middle - span), min(leave, middle + span)
+        if enter <= leave:
+            rays[count], meshes[count] = ray, mesh
+            count += 1
+    return count
 
 
 @compiled

@@ -76,9 +76,8 @@ class Nearest:
             self._distance, self._number = self._distance.copy(), self._number.copy()
             self._normals = self._normals.copy() if self.with_normals else None
         if self.with_spots and found.uv is not None:
-            surface = self._surface_of.take(found.triangle, mode="clip")
-            start = self._starts.take(surface, mode="clip")
-            triangle = np.where(found.triangle == NOTHING, NOTHING, found.triangle - start)
+            triangle = np.empty_like(found.triangle)
+            _own_triangles(found.triangle, self._surface_of, self._starts, NOTHING, triangle)
             self._spots = Spots(triangle, found.uv.copy() if kept else found.uv)
 
     def add_plane(self, rays: RayBundle, origin: np.ndarray, normal: np.ndarray, surface: int) -> None:
@@ -113,6 +112,17 @@ class Nearest:
             *(index, distance, surfaces + self._first, _NO_NORMALS if normals is None else normals),
             *(own.triangle, own.uv, here, self._number, normal_of, into.triangle, into.uv),
         )
+
+
+@compiled
+def _own_triangles(
+    number: np.ndarray, surface_of: np.ndarray, starts: np.ndarray, nothing: np.uint32, triangle: np.ndarray
+) -> None:
+    """Writes the triangles (n,) of the surfaces' own meshes, of triangles (n,) of the scene; `nothing` stays so."""
+    for ray in range(len(number)):
+        triangle[ray] = number[ray]
+        if number[ray] != nothing:
+            triangle[ray] -= starts[surface_of[number[ray]]]
 
 
 @compiled

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from graph.base.records import dataclass
-from sensors.compiled import compiled
+from sensors.compiled import compiled, inlined
+from sensors.vectors import Vector
 
 from .rays import COMMON, MARGIN_RAD, RayBundle
 
@@ -189,7 +191,26 @@ def _through_spheres(
         x, y, z = middle[sphere, 0], middle[sphere, 1], middle[sphere, 2]
         longest = max(longest, math.sqrt(x * x + y * y + z * z) + radius[sphere] + spread)
     boxes = np.empty(((len(table) + BLOCK - 1) // BLOCK, 6))
+    middles = np.empty((len(boxes), 7))  # begin and way of a ray in the middle of each block, how far others are off
     for block in range(len(boxes)):
+        first_ray, end_ray = block * BLOCK, min((block + 1) * BLOCK, len(table))
+        one = (first_ray + end_ray) // 2
+        own, far = min(one, len(offsets) - 1), min(np.float64(distance[one]), longest)
+        for axis in range(3):
+            middles[block, axis], middles[block, 3 + axis] = offsets[own, axis], table[one, 3 + axis] * far
+        widest = 0.0
+        for ray in range(first_ray, end_ray):
+            own, far = min(ray, len(offsets) - 1), min(np.float64(distance[ray]), longest)
+            near, away = 0.0, 0.0
+            for axis in range(3):
+                off = offsets[own, axis] - middles[block, axis]
+                near += off * off
+                off += table[ray, 3 + axis] * far - middles[block, 3 + axis]
+                away += off * off
+            # At equal shares of two straight ways, points are at most as far apart as the farther pair of ends.
+            for square in (near, away):  # of which none counts that is not a number
+                widest = square if square > widest else widest
+        middles[block, 6] = math.sqrt(widest)
         for axis in range(3):
             low, high = np.inf, -np.inf
             for ray in range(block * BLOCK, min((block + 1) * BLOCK, len(table))):
@@ -209,6 +230,8 @@ def _through_spheres(
             w = z - min(max(z, boxes[block, 2]), boxes[block, 5])
             if u * u + v * v + w * w > square:
                 continue
+            if _passes(middles, block, (x, y, z), radius[sphere]):
+                continue
             if total + BLOCK > len(rays):
                 grown, others = np.empty(2 * len(rays), np.intp), np.empty(2 * len(rays), np.intp)
                 for at in range(total):
@@ -227,6 +250,16 @@ def _through_spheres(
             kept[number] = sphere
             number += 1
     return rays[:total], spheres[:total], kept[:number]
+
+
+@inlined
+def _passes(middles: np.ndarray, block: Any, centre: Vector, radius: Any) -> bool:
+    """Whether all rays of a block pass a sphere, by the way in its middle."""
+    u, v, w = middles[block, 3], middles[block, 4], middles[block, 5]
+    x, y, z = centre[0] - middles[block, 0], centre[1] - middles[block, 1], centre[2] - middles[block, 2]
+    share = min(max((x * u + y * v + z * w) / max(u * u + v * v + w * w, 1e-300), 0.0), 1.0)
+    x, y, z = x - share * u, y - share * v, z - share * w
+    return bool(x * x + y * y + z * z > (radius + middles[block, 6]) ** 2)
 
 
 @compiled
