@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections import OrderedDict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from sensors.compiled import compiled
+
+from .grouping import Groups
 
 SMOOTH = np.cos(np.deg2rad(40.0))
 """Cosine of the angle between two neighbouring faces up to which they stand for one curved surface."""
@@ -41,12 +41,6 @@ TOUCHING_M = 1e-3
 
 MOST_TILES = 1000
 """Faces of a plane up to which it is looked up which of them touch; beyond, each is for itself."""
-
-MOST_TOGETHER = 50_000
-"""Triangles of meshes that are worked out together: their numbers stay in the cache."""
-
-MOST_KEPT = 500_000
-"""Triangles whose faces are kept for the next App with the same meshes."""
 
 _HASH = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9, 0x27D4EB2F165667C5], np.uint64)
 
@@ -94,9 +88,11 @@ def faces_of(meshes: Sequence[Shape]) -> list[Faces]:
     offsets = np.einsum("ij,ij->i", normals, centres)
     apart = hashed(np.arange(len(meshes))[:, None])
     keys = hashed(np.rint(np.c_[normals * 1e4, offsets * 1e4]).astype(np.int64)) ^ apart[mesh]
-    _, of_triangle = np.unique(keys, return_inverse=True)
+    of_triangle = _ranks(keys)
     keys = hashed(np.rint(vertices * 1e6).astype(np.int64)) ^ np.repeat(apart, np.diff(first))
-    _, known, welded = np.unique(keys, return_index=True, return_inverse=True)
+    welded = _ranks(keys)
+    known = np.empty(int(welded.max()) + 1, np.intp)
+    known[welded[::-1]] = np.arange(len(welded))[::-1]  # the first vertex of each place
     shared = _shared_edges(welded[triangles])
     near = np.clip(ROUNDED * np.maximum.reduceat(np.abs(corners).max(axis=(1, 2)), starts), LEAST_M, MOST_M)
     of_triangle = _flattened(corners, normals, twice, of_triangle, shared, near[mesh])
@@ -151,50 +147,6 @@ def _over(tensor: np.ndarray, by: np.ndarray, more: np.ndarray) -> np.ndarray:
     xx, xy, yy = by[:, 0, 0] + more, by[:, 0, 1], by[:, 1, 1] + more
     inverse = np.stack((yy, -xy, -xy, xx), 1).reshape(-1, 2, 2) / (xx * yy - xy * xy)[:, None, None]
     return np.asarray(np.einsum("pij,pjk->pik", tensor, inverse))
-
-
-class _FacesByContent:
-    """The faces of meshes that this process met last, by their content."""
-
-    def __init__(self) -> None:
-        self._found: OrderedDict[bytes, Faces] = OrderedDict()
-        self._kept = 0
-
-    def of(self, meshes: Sequence[Shape]) -> list[Faces]:
-        """As `faces_of`."""
-        keys = [_digest(*mesh) for mesh in meshes]
-        found = {key: self._found.pop(key) for key in set(keys) & self._found.keys()}
-        missing = {key: mesh for key, mesh in zip(keys, meshes, strict=True) if key not in found}
-        for some in _batches(missing):
-            found.update(zip(some, faces_of([missing[key] for key in some]), strict=True))
-        self._kept += sum(len(triangles) for _, triangles in missing.values())
-        self._found.update((key, found[key]) for key in keys)
-        while self._kept > MOST_KEPT and self._found:
-            self._kept -= len(self._found.popitem(last=False)[1].of_triangle)
-        return [found[key] for key in keys]
-
-
-def _digest(vertices: np.ndarray, triangles: np.ndarray) -> bytes:
-    digest = hashlib.blake2b(np.ascontiguousarray(vertices).data, digest_size=32)
-    digest.update(np.ascontiguousarray(triangles).data)
-    return digest.digest()
-
-
-def _batches(meshes: Mapping[bytes, Shape]) -> Iterator[list[bytes]]:
-    """The keys of meshes, as many at a time as have `MOST_TOGETHER` triangles, or one."""
-    some: list[bytes] = []
-    count = 0
-    for key, (_, triangles) in meshes.items():
-        if some and count + len(triangles) > MOST_TOGETHER:
-            yield some
-            some, count = [], 0
-        some.append(key)
-        count += len(triangles)
-    if some:
-        yield some
-
-
-FACES_BY_CONTENT = _FacesByContent()
 
 
 @compiled
@@ -278,6 +230,14 @@ def _join_touching(order: np.ndarray, group: np.ndarray, low: np.ndarray, high: 
         first[plane] = first[first[plane]]
 
 
+def _ranks(keys: np.ndarray) -> np.ndarray:
+    """The rank (n,) of each of some 64-bit keys among the different ones."""
+    groups = Groups(keys)
+    rank = np.empty(len(groups), np.intp)
+    rank[np.argsort(groups.keys)] = np.arange(len(groups))
+    return rank[groups.which]
+
+
 def hashed(rows: np.ndarray) -> np.ndarray:
     """One uint64 for each row of up to four integers."""
     total = np.zeros(len(rows), np.uint64)
@@ -316,11 +276,26 @@ def _project(tensor: np.ndarray, axes: np.ndarray, found: np.ndarray) -> None:
 
 def _shared_edges(corners: np.ndarray) -> np.ndarray:
     """Pairs (2, e) of triangles that share an edge. corners: (m, 3), numbers of their vertices."""
-    ends = np.sort(corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    key = ends[:, 0].astype(np.int64) * (int(corners.max()) + 1) + ends[:, 1]
-    order = np.argsort(key, kind="stable")
-    same = np.flatnonzero(key[order[1:]] == key[order[:-1]])
-    return np.stack((order[same], order[same + 1])) // 3
+    ends, others = corners.ravel(), corners[:, [1, 2, 0]].ravel()
+    keys = np.minimum(ends, others).astype(np.int64) * (int(corners.max()) + 1) + np.maximum(ends, others)
+    edges, pairs = Groups(keys), np.empty((2, len(keys)), np.int64)
+    pairs = pairs[:, : _pair(edges.which, np.full(len(edges), -1), pairs)]
+    return pairs[:, np.argsort(keys[pairs[0]], kind="stable")] // 3
+
+
+@compiled
+def _pair(edge: np.ndarray, latest: np.ndarray, pairs: np.ndarray) -> int:
+    """Writes the places (2, e) of each edge (n,) that was there before, then and now, and counts them; latest: -1 of
+    each edge.
+    """
+    count = 0
+    for place in range(len(edge)):
+        before = latest[edge[place]]
+        if before >= 0:
+            pairs[0, count], pairs[1, count] = before, place
+            count += 1
+        latest[edge[place]] = place
+    return count
 
 
 def _flattened(
@@ -362,7 +337,7 @@ def _flattened(
     away = np.abs(np.einsum("mcj,mj->mc", corners - middle[joined][:, None], normal[joined])).max(axis=1)
     bends = np.zeros(count, bool)
     bends[joined[away > 2.0 * near]] = True
-    return np.unique(np.where(bends[joined], plane + count, joined), return_inverse=True)[1]
+    return _ranks(np.where(bends[joined], plane + count, joined))
 
 
 def _together(count: int, one: np.ndarray, two: np.ndarray) -> np.ndarray:
@@ -420,8 +395,9 @@ def _around_poles(
     corners: (m, 3) vertices of the triangles; plane: (m,) of each.
     """
     count = len(normal)
-    pairs = np.sort(corners.astype(np.int64).ravel() * count + np.repeat(plane, 3))
-    vertex, of = np.divmod(pairs[np.append(True, pairs[1:] != pairs[:-1])], count)
+    often = np.flatnonzero(np.bincount(corners.ravel())[corners.ravel()] > POLE)
+    pairs = np.unique(corners.ravel()[often].astype(np.int64) * count + plane[often // 3])
+    vertex, of = np.divmod(pairs, count)
     known, vertex, number = np.unique(vertex, return_inverse=True, return_counts=True)
     many = np.flatnonzero(number[vertex] > POLE)
     of, poles = of[many], known[vertex[many]]

@@ -14,12 +14,13 @@ import numpy as np
 
 from graph.sim.geometry.surfaces import Mesh, Plane
 from sensors.compiled import compiled, inlined
-from sensors.raycast.rays import NO_SURFACE, NOTHING, Hits
+from sensors.raycast.rays import NO_SURFACE, Hits
 from sensors.raycast.standing import excluded
 from sensors.raycast.world import CastWorld
 
-from .faces import FACES_BY_CONTENT, SPREAD, Faces, patches, plane_axes
+from .faces import SPREAD, Faces, patches, plane_axes
 from .images import plane_keys
+from .kept_faces import FACES_BY_CONTENT
 from .tensors import form, principal, symmetric
 
 NO_PLANE = -1
@@ -64,6 +65,8 @@ class WorldPlanes:
         self._first = np.cumsum([0, *counts])
         self._faces = faces
         self._triangles = np.cumsum([0, *(len(each.of_triangle) for each in faces)])
+        rigid = (world.body_of >= 0) & ~world.deforming[: len(world.body_of)]
+        self._begins = np.where(rigid, self._triangles[: len(rigid)], -1)
         of_triangle = [first + each.of_triangle for first, each in zip(self._first, faces, strict=False)]
         self._of_triangle = np.concatenate(of_triangle or [np.zeros(0)]).astype(np.int64)
         nothing = _endless(np.zeros((1, 3)), np.zeros((1, 3)))
@@ -112,13 +115,9 @@ class WorldPlanes:
         """
         number = hits.number[rows]
         found = np.empty(len(number), np.int32)
-        _look_up(self._table(hits), number, found)
-        if hits.spots is not None:
-            unknown = np.flatnonzero((found == NO_PLANE) & (number != NOTHING))
-            triangle = hits.spots.triangle[rows][unknown]
-            surface = np.take(hits.surface_of, number[unknown])
-            rigid = np.flatnonzero((self._world.body_of[surface] >= 0) & ~self._world.deforming[surface])
-            found[unknown[rigid]] = self._of_triangle[self._triangles[surface[rigid]] + triangle[rigid]]
+        triangle = number if hits.spots is None else hits.spots.triangle[rows]
+        begins = self._begins if hits.spots is not None else np.full_like(self._begins, -1)
+        _look_up(self._table(hits), number, found, hits.surface_of, triangle, begins, self._of_triangle)
         return found
 
     def _table(self, hits: Hits) -> np.ndarray:
@@ -140,11 +139,28 @@ class WorldPlanes:
 
 
 @compiled
-def _look_up(table: np.ndarray, number: np.ndarray, found: np.ndarray) -> None:
-    """The entries of a table by their numbers (k,); those beyond it find the last."""
+def _look_up(
+    table: np.ndarray,
+    number: np.ndarray,
+    found: np.ndarray,
+    surface_of: np.ndarray,
+    triangle: np.ndarray,
+    begins: np.ndarray,
+    of_triangle: np.ndarray,
+) -> None:
+    """Writes the plane of each hit by its number (k,), from a table whose last entry serves all numbers beyond it.
+
+    Where the table has `NO_PLANE`, the triangle (k,) of the surface decides. begins: (s,), the place of a surface's
+    first triangle in `of_triangle`, below 0 for surfaces that are not moving rigid meshes.
+    """
     last = len(table) - 1
     for row in range(len(number)):
-        found[row] = table[min(int(number[row]), last)]
+        at = min(int(number[row]), last)
+        found[row] = table[at]
+        if found[row] == NO_PLANE and at < last:
+            begin = begins[surface_of[at]]
+            if begin >= 0:
+                found[row] = of_triangle[begin + np.int64(triangle[row])]
 
 
 @compiled
