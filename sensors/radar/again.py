@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sensors.compiled import compiled
-from sensors.raycast.rays import NOTHING, Hits, RayBundle
+from sensors.raycast.rays import NOTHING, Hits
 from sensors.vectors import dot, row_of
 
 from .bins import Bins
@@ -17,18 +17,17 @@ from .planes import NO_PLANE
 from .rays import Tubes
 from .scattering import MIRROR, Arrivals, Fields, arrived, reflect_back, scatter_again, scatter_back
 from .setting import Faces, Setting, Space, with_hits
+from .sight import HIDDEN, SIGHT_M, UNKNOWN, Sights, looks
 from .waves import MET, Sent, Waves, echo_of, meets, send_on, wave_of, write
-
-SIGHT_M = 5e-3
-"""A point is in sight if a ray to it comes so near."""
 
 
 class Facing(NamedTuple):
     """Faces ahead that send something straight back if nothing is in between, m of them.
 
     wave, face: (m,) int64, their numbers. mirrors: (m,) bool, those that are flat and near a mirror reflection. curved:
-    (m,) int64, place among the curved faces that are met, -1 of others. out: (m,) [m] from the radar; rays: (m, 6)
-    float32, there; back: (m, 3) float32, the same in the sensor's axes.
+    (m,) int64, place among the curved faces that are met, -1 of others. out: (m,) [m] from the radar; back: (m, 3)
+    float32, the direction there in the sensor's axes. ray: (m,) int64, place among `rays`, -1 of those of which it is
+    known that the radar sees them (`sight.looks`). rays: (r, 6) float32, there, as those of a `RayBundle`.
     """
 
     wave: np.ndarray
@@ -36,19 +35,27 @@ class Facing(NamedTuple):
     mirrors: np.ndarray
     curved: np.ndarray
     out: np.ndarray
-    rays: np.ndarray
     back: np.ndarray
+    ray: np.ndarray
+    rays: np.ndarray
 
     @classmethod
     def room(cls, count: int) -> Facing:
         """Uninitialised arrays for `count` faces."""
-        wave, face, curved = np.empty((3, count), np.int64)
+        wave, face, curved, ray = np.empty((4, count), np.int64)
         rays, back = np.empty((count, 6), np.float32), np.empty((count, 3), np.float32)
-        return cls(wave, face, np.empty(count, bool), curved, np.empty(count), rays, back)
+        return cls(wave, face, np.empty(count, bool), curved, np.empty(count), back, ray, rays)
 
-    def first(self, count: int) -> Facing:
-        """The first `count` faces, as views."""
-        return Facing(*(each[:count] for each in self))
+    def first(self, count: int, rays: int) -> Facing:
+        """The first `count` faces and rays, as views."""
+        return Facing._make((*(each[:count] for each in self[:-1]), self.rays[:rays]))
+
+    def seen(self, distance: np.ndarray) -> np.ndarray:
+        """Whether the radar sees them, (m,) bool; distance: (r,) [m], to what the rays meet."""
+        found = self.ray < 0
+        asked = np.flatnonzero(~found)
+        found[asked] = distance > self.out[asked] * (1 - 1e-6) - SIGHT_M
+        return found
 
 
 class Again(NamedTuple):
@@ -69,21 +76,12 @@ class Again(NamedTuple):
         return cls(Sums.room(count), Sent.room(count if goes_on else 0), curved, Facing.room(count))
 
 
-def again(setting: Setting, tubes: Tubes, waves: Waves, hits: Hits, bins: Bins) -> tuple[Again, Faces]:
+def again(setting: Setting, tubes: Tubes, waves: Waves, hits: Hits, bins: Bins, sights: Sights) -> tuple[Again, Faces]:
     """What waves meet, of which faces, and what becomes of them."""
     faces, face = _faces(setting, tubes, waves, hits)
     found, space = Again.room(setting, waves), setting.space(faces)
-    sent, curved, facing = _again(waves, hits.distance, face, tubes, space, bins, found)
-    return Again(found.scattered, found.sent.first(sent), found.curved[:curved], found.facing.first(facing)), faces
-
-
-def in_sight(setting: Setting, facing: Facing) -> np.ndarray:
-    """Whether the radar sees faces, (m,) bool."""
-    if not len(facing.out):
-        return np.zeros(0, bool)
-    bundle = RayBundle(setting.pose[:3, 3], facing.rays, exclude=setting.exclude, reach=setting.seen)
-    hits = setting.world.cast(bundle, setting.poses)
-    return np.asarray(hits.distance > facing.out * (1 - 1e-6) - SIGHT_M)
+    sent, curved, *facing = _again(waves, hits.distance, face, tubes, space, bins, sights, found)
+    return Again(found.scattered, found.sent.first(sent), found.curved[:curved], found.facing.first(*facing)), faces
 
 
 def straight_back(
@@ -119,14 +117,15 @@ def _again(
     tubes: Tubes,
     space: Space,
     bins: Bins,
+    sights: Sights,
     found: Again,
-) -> tuple[int, int, int]:
-    """Adds what is scattered; writes what is sent on of waves (k,), the curved faces that are met, and what faces the
-    radar, and counts each. distance: (k,) [m], to their hits; face: (k,) that are met there. Without room for waves
-    none is sent on.
+) -> tuple[int, int, int, int]:
+    """Adds what is scattered; writes what is sent on of waves (k,), the curved faces that are met, what faces the
+    radar, and the rays there, and counts each. distance: (k,) [m], to their hits; face: (k,) that are met there.
+    Without room for waves none is sent on.
     """
     facing = found.facing
-    on = bent = ahead = 0
+    on = bent = ahead = asked = 0
     for at in range(len(face)):
         if not distance[at] < space.longest - waves.each[at].travelled:
             continue
@@ -145,14 +144,19 @@ def _again(
         if echo.rise * touch.slope > 0 and echo.back[0] > 0 and touch.way + echo.out < 2.0 * space.seen:
             middle = math.sqrt(max(2.0 + 2.0 * dot(wave.direction, echo.back), 0.0))
             mirror = abs(touch.slope) + abs(echo.rise) > MIRROR * middle
-            if mirror or curved or space.tables.diffuse[touch.table] > 0:
+            if not (mirror or curved or space.tables.diffuse[touch.table] > 0):
+                continue
+            known = looks(sights, space.faces, touch.face, echo.back, echo.out)
+            if known != HIDDEN:
                 facing.wave[ahead], facing.face[ahead], facing.out[ahead] = at, touch.face, echo.out
                 facing.mirrors[ahead], facing.curved[ahead] = mirror and not curved, bent - 1 if curved else -1
                 for axis in range(3):
-                    facing.rays[ahead, 3 + axis] = dot(row_of(space.rotation, axis), echo.back)
                     facing.back[ahead, axis] = echo.back[axis]
+                    facing.rays[asked, 3 + axis] = dot(row_of(space.rotation, axis), echo.back)
+                facing.ray[ahead] = asked if known == UNKNOWN else -1
+                asked += known == UNKNOWN
                 ahead += 1
-    return on, bent, ahead
+    return on, bent, ahead, asked
 
 
 @compiled

@@ -8,9 +8,12 @@ the ray, as if the body extended to the ray's origin.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+
+from sensors.compiled import compiled, inlined
+from sensors.vectors import Vector, dot, row_of
 
 _MIX = np.uint64(0x9E3779B97F4A7C15)
 
@@ -37,12 +40,6 @@ class Twists:
         """The same in the axes of a sensor that is turned by `rotation` (3, 3), sensor to world."""
         return Twists(self.linear @ rotation, self.angular @ rotation)
 
-    def at(self, body: Any, place: np.ndarray) -> np.ndarray:
-        """Velocities (..., 3) [m/s] of bodies, by number, at places (..., 3) [m] from the radar."""
-        x, y, z = np.moveaxis(self.angular[body], -1, 0)
-        a, b, c = np.moveaxis(place, -1, 0)
-        return np.asarray(self.linear[body] + np.stack((y * c - z * b, z * a - x * c, x * b - y * a), -1))
-
 
 class Images(NamedTuple):
     """The radar as mirrors show it, one image for each order of faces that tubes have met; c of them.
@@ -63,24 +60,60 @@ class Images(NamedTuple):
         return cls(np.zeros((1, 3)), np.eye(3)[None], np.zeros((1, 3)), np.zeros(1, np.uint64))
 
     def beyond(
-        self, image: np.ndarray, normal: np.ndarray, height: np.ndarray, plane: np.ndarray, speeds: tuple[Twists, Any]
+        self,
+        image: np.ndarray,
+        normal: np.ndarray,
+        height: np.ndarray,
+        plane: np.ndarray,
+        speeds: tuple[Twists, np.ndarray],
     ) -> Images:
         """The images of some of them, by their numbers (m,), in planes (m,).
 
         normal: (m, 3), height: (m,) [m] over the radar, of the planes; speeds: the twists, and the planes' bodies (m,).
         """
-        place, turn, rate = self.place[image], self.turn[image], self.rate[image]
         twists, body = speeds
-        away = height - (normal * place).sum(axis=1)
-        further = place + 2.0 * away[:, None] * normal
-        coming = rate + twists.at(body, place)
-        mirrored = coming - 2.0 * (normal * coming).sum(axis=1)[:, None] * normal
-        return Images(
-            further,
-            turn - 2.0 * normal[:, :, None] * np.einsum("ci,cij->cj", normal, turn)[:, None],
-            mirrored - twists.at(body, further),
-            self.key[image] + plane_keys(plane),
-        )
+        count = len(image)
+        place, rate = np.empty((2, count, 3))
+        found = Images(place, np.empty((count, 3, 3)), rate, self.key[image] + plane_keys(plane))
+        _mirror(self, image, normal, height, twists.linear, twists.angular, body, found)
+        return found
+
+
+@compiled
+def _mirror(
+    images: Images,
+    image: np.ndarray,
+    normals: np.ndarray,
+    height: np.ndarray,
+    linear: np.ndarray,
+    angular: np.ndarray,
+    bodies: np.ndarray,
+    found: Images,
+) -> None:
+    """Writes the places, turns and rates of `Images.beyond`."""
+    for row in range(len(image)):
+        of, body, normal = image[row], bodies[row], row_of(normals, row)
+        place, known = row_of(images.place, of), row_of(images.rate, of)
+        twice = 2.0 * (height[row] - dot(normal, place))
+        further = place[0] + twice * normal[0], place[1] + twice * normal[1], place[2] + twice * normal[2]
+        speed, spin = row_of(linear, body), row_of(angular, body)
+        own, there = _at(speed, spin, place), _at(speed, spin, further)
+        coming = known[0] + own[0], known[1] + own[1], known[2] + own[2]
+        back = 2.0 * dot(normal, coming)
+        for axis in range(3):
+            found.place[row, axis] = further[axis]
+            found.rate[row, axis] = coming[axis] - back * normal[axis] - there[axis]
+            column = images.turn[of, 0, axis], images.turn[of, 1, axis], images.turn[of, 2, axis]
+            along = 2.0 * dot(normal, column)
+            for other in range(3):
+                found.turn[row, other, axis] = column[other] - along * normal[other]
+
+
+@inlined
+def _at(speed: Vector, spin: Vector, place: Vector) -> Vector:
+    """The velocity of a body's place from its twist."""
+    (x, y, z), (a, b, c) = spin, place
+    return speed[0] + (y * c - z * b), speed[1] + (z * a - x * c), speed[2] + (x * b - y * a)
 
 
 def plane_keys(plane: np.ndarray) -> np.ndarray:

@@ -7,7 +7,11 @@ its middle. With q = L^2 / (R wavelength) and u = 2 L s / wavelength that is sin
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
+
+from sensors.compiled import compiled
 
 from .grouping import Groups
 
@@ -23,11 +27,22 @@ FAINT = 1e-3
 
 def line(zones: np.ndarray, turns: np.ndarray) -> np.ndarray:
     """What lines send, (n,), of what they would in phase; zones: (n,) q, turns: (n,) u."""
-    middle = (np.arange(PIECES) + 0.5) / PIECES - 0.5
-    slope = turns[:, None] - 2.0 * zones[:, None] * middle
-    phase = 2.0 * np.pi * (turns[:, None] * middle - zones[:, None] * middle**2)
-    field = (np.exp(1j * phase) * np.sinc(slope / PIECES)).mean(axis=1)
-    return np.asarray(field.real**2 + field.imag**2)
+    found = np.empty(len(zones))
+    _line(zones, turns, found)
+    return found
+
+
+@compiled
+def _line(zones: np.ndarray, turns: np.ndarray, found: np.ndarray) -> None:
+    for row in range(len(zones)):
+        real = imaginary = 0.0
+        for piece in range(PIECES):
+            middle = (piece + 0.5) / PIECES - 0.5
+            half = math.pi / PIECES * (turns[row] - 2.0 * zones[row] * middle) + 1e-20
+            phase = 2.0 * math.pi * (turns[row] - zones[row] * middle) * middle
+            share = math.sin(half) / half
+            real, imaginary = real + share * math.cos(phase), imaginary + share * math.sin(phase)
+        found[row] = (real * real + imaginary * imaginary) / PIECES**2
 
 
 def along_lines(

@@ -56,13 +56,14 @@ class Beam:
 class Lit:
     """What comes back of the faces that tubes meet first, what is sent on, and what of them is curved.
 
-    scattered: by rough faces; fields: of flat ones near a mirror reflection.
+    scattered: by rough faces; fields: of flat ones near a mirror reflection. plane: (n,) int32, which each tube meets.
     """
 
     scattered: Sums
     fields: Arrivals
     sent: Sent
     curved: Met
+    plane: np.ndarray
 
 
 class Ahead(NamedTuple):
@@ -108,7 +109,7 @@ def lit(setting: Setting, bins: Bins, tubes: Tubes, beam: Beam, part: slice, roo
     turning = np.float32(2.0 / (WIDEST * setting.antenna.wavelength))
     fields, sent, bent = _lit(ahead, tubes, setting.space(faces), images, turning, bins, room)
     met = Met(1, images, faces, room.met[:bent])
-    return Lit(room.scattered, arrived(room.fields.first(fields)), room.sent.first(sent), met)
+    return Lit(room.scattered, arrived(room.fields.first(fields)), room.sent.first(sent), met, plane)
 
 
 @compiled

@@ -24,12 +24,14 @@ class Sampling:
 
     rays: about how many the fan has, None for what the radar says. stride: after a reflection every so many of them are
     followed on, across and up: what is far off by then is small, or has rays of its own. share: all meshes that get
-    rays of their own have at most one for so many of the fan.
+    rays of their own have at most one for so many of the fan. neighbours: whether four rays of the fan on one flat
+    patch tell what the radar sees between them (`sight.looks`), else a ray of its own does for each place.
     """
 
     rays: int | None = None
     stride: int = 2
     share: int = 8
+    neighbours: bool = True
 
 
 class Tubes(NamedTuple):

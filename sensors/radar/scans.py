@@ -29,6 +29,7 @@ from .images import Twists
 from .noise import Noise
 from .rays import Sampling, Tubes, fill, finer, windows
 from .setting import Scenery, Setting
+from .sight import Steps
 from .tracing import Tracer
 
 if TYPE_CHECKING:
@@ -44,8 +45,8 @@ class _Fan:
     """The n rays of a scan, ready to cast.
 
     tubes: theirs, and room for finer ones after them. table: (n, 6) float32 and columns: (3, n), as those of a
-    `RayBundle`, in the world's axes. step: from column to column [rad]. cubes: what they brought back while nothing
-    moved since the state `standing`.
+    `RayBundle`, in the world's axes. steps: of the directions. cubes: what they brought back while nothing moved since
+    the state `standing`.
     """
 
     tubes: Tubes
@@ -53,7 +54,7 @@ class _Fan:
     columns: np.ndarray
     grid: RayGrid
     memory: RayMemory
-    step: float
+    steps: Steps
     turned_by: bytes = b""
     standing: tuple[Any, ...] | None = None
     cubes: dict[Grid, Cube] = field(default_factory=dict)
@@ -131,7 +132,7 @@ class Scans(Model["RadarRuntime"]):
             columns=fan.columns,
             memory=fan.memory,
         )
-        tracer = Tracer(setting, grid)
+        tracer = Tracer(setting, grid, fan.steps if self._sampling.neighbours else None)
         beams = [tracer.beam(0, bundle, skip=small)]
         if owner is not None:
             first = len(fan.table)
@@ -187,7 +188,7 @@ class Scans(Model["RadarRuntime"]):
         if number not in self._fans:
             scan = self._config.scans[number]
             across, up = scan.grid(self._sampling.rays)
-            limit = scan.azimuth_limit
+            limit, (low, high) = scan.azimuth_limit, scan.elevations
             count = across * up
             room = Tubes.room(count + count // self._sampling.share)
             tubes = room.part(0, count)
@@ -199,7 +200,7 @@ class Scans(Model["RadarRuntime"]):
                 np.zeros((3, count), np.float32),
                 RayGrid(tubes.directions.T),
                 RayMemory(),
-                2 * limit / across,
+                Steps(across, up, -limit, 2 * limit / across, low, (high - low) / up),
             )
         return self._fans[number]
 
@@ -220,7 +221,7 @@ class Scans(Model["RadarRuntime"]):
             pose = bodies[body[moving]]
             local[moving] = np.einsum("sij,scj->sci", pose[:, :3, :3], boxes[moving]) + pose[:, None, :3, 3]
         corners = apply(setting.pose[:3, :3].T, local - setting.pose[:3, 3])
-        found = windows(corners, scan.azimuth_limit, scan.elevations, fan.step, setting.reach)
+        found = windows(corners, scan.azimuth_limit, scan.elevations, fan.steps.wide, setting.reach)
         owner = finer(found, fan.tubes, len(fan.table), setting.antenna, self._sampling.share)
         if owner is not None:
             small[owner] = True

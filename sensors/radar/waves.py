@@ -137,6 +137,16 @@ class Sent(NamedTuple):
     rays: np.ndarray
     offsets: np.ndarray
 
+    def cast(self, setting: Setting, looks: np.ndarray) -> tuple[Hits, np.ndarray]:
+        """What they meet, and the distances (r,) [m] to what the rays `looks` (r, 6) meet, which begin at the radar."""
+        rays, offsets, count = looks, None, len(self.rays)
+        if count:
+            rays = np.concatenate((self.rays, looks))
+            offsets = np.zeros((len(rays), 3), np.float32)
+            offsets[:count] = self.offsets
+        hits = setting.cast(RayBundle(setting.pose[:3, 3], rays, offsets, setting.exclude, setting.seen))
+        return hits.some(slice(0, count)), hits.distance[count:]
+
     @classmethod
     def room(cls, count: int) -> Sent:
         """For so many waves."""
@@ -155,14 +165,13 @@ class Sent(NamedTuple):
         return cls(joined, *(np.concatenate(each) for each in columns))
 
 
-def next_waves(setting: Setting, before: Waves, sent: Sent) -> tuple[Waves, Hits]:
-    """Waves after a reflection, and what they meet; before: the last, with their images."""
-    hits = setting.cast(RayBundle(setting.pose[:3, 3], sent.rays, sent.offsets, setting.exclude, setting.seen))
+def next_waves(setting: Setting, before: Waves, sent: Sent) -> Waves:
+    """Waves after a reflection; before: the last, with their images."""
     planes, faces, groups = setting.planes, setting.faces, Groups(sent.mirror)
     image, plane = np.divmod(groups.keys, faces.planes)
     speeds = setting.speeds, planes.body[plane]
     images = before.images.beyond(image, *faces.seen(plane), planes.patch[plane], speeds)
-    return Waves(before.bounce + 1, images, groups.which, sent.waves), hits
+    return Waves(before.bounce + 1, images, groups.which, sent.waves)
 
 
 @inlined

@@ -101,7 +101,7 @@ def measure(quick: bool) -> Iterator[Row]:
     first, *frames = _yard(frames=5 if quick else 40)
     processor = Median([each * 1e3 for each, _ in frames[1:]])
     yield Row("the radar of the yard, a steady frame, processor time", processor, 75.0, "ms")
-    yield Row("its first frame, loops compiled, processor time", first[0] * 1e3, 1000.0, "ms")
+    yield Row("its first frame after a lidar's, loops compiled, processor time", first[0] * 1e3, 1000.0, "ms")
     yield Row("processor time of all threads / of its own, rays on one", Median([a / b for a, b in frames[1:]]), 1.05)
 
 
@@ -122,8 +122,11 @@ def _yard(frames: int) -> list[tuple[float, float]]:
     times: list[tuple[float, float]] = []
     with App.from_file(YARD) as app:
         app.settings.set(RAY_THREADS, 1)
-        sensor = render_product(app, "/World/Robot/Chassis/radar").sensor
+        lidar, sensor = (render_product(app, f"/World/Robot/Chassis/{name}").sensor for name in ("top_lidar", "radar"))
         assert isinstance(sensor, RadarRuntime)
+        lidar.require("benchmark", ("distance",), ignore_aux=True)
+        app.play()
+        app.update(steps=4)  # Numba, Open3D and the scene's triangles are there
         sensor.require("benchmark", CHANNELS, ignore_aux=True)
         measure = sensor.measure
 
@@ -134,7 +137,6 @@ def _yard(frames: int) -> list[tuple[float, float]]:
             return found
 
         sensor.measure = timed  # type: ignore[method-assign]
-        app.play()
         while len(times) < frames:
             app.update()
     return times

@@ -31,11 +31,12 @@ from sensors.radar.scans import Scans
 SCENES = {"yard": 16, "hall": 4, "driving": 4}
 """Scene -> how many times as many rays its reference has."""
 
-BEFORE = Sampling(stride=2, share=4)
+BEFORE = Sampling(stride=2, share=4, neighbours=False)
 SETTINGS = {
     "as before: stride 2, share 4": BEFORE,
     "the default: stride 2, share 8": Sampling(),
     "share 16": replace(Sampling(), share=16),
+    "a ray for each sight": replace(Sampling(), neighbours=False),
     "stride 1": replace(Sampling(), stride=1),
     "stride 3": replace(Sampling(), stride=3),
     "rays / 2": replace(Sampling(), rays=2),
@@ -143,10 +144,10 @@ def main(scenes: list[str]) -> None:
         app, sensor, tick = playing(scene)
         across, up = sensor.config.scans[0].grid(None)
         dense = SCENES[scene] * across * up
-        reference = seen(sensor, tick, Sampling(dense, stride=1))
+        reference = seen(sensor, tick, Sampling(dense, stride=1, neighbours=False))
         print(f"{scene}: {across * up:,} rays, reference {dense:,}, {len(reference.detections.rcs)} detections")
         print(f"  {'':32} overlap  cells dB  recall  precision  RCS dB  ms")
-        halved = {"half of the reference, stride 1": Sampling(dense // 2, stride=1)}
+        halved = {"half of the reference, stride 1": Sampling(dense // 2, stride=1, neighbours=False)}
         chosen = {name: replace(one, rays=across * up // (one.rays or 1)) for name, one in SETTINGS.items()}
         for name, sampling in (halved | chosen).items():
             other = seen(sensor, tick, sampling)
