@@ -110,7 +110,7 @@ def same(one: Any, two: Any) -> bool:
 
 
 def _moved(old: Mesh | Plane, new: Mesh | Plane) -> np.ndarray | None:
-    """The rigid transform (4, 4) that takes a surface to where another world has it; None if there is none."""
+    """The rigid transform (4, 4) that takes a surface to its place in another world, or None."""
     if isinstance(old, Plane):
         assert isinstance(new, Plane)
         return _between(old, new)

@@ -115,7 +115,10 @@ class SingleXFormPrim:
         self._view.apply_visual_materials(visual_material)
 
     def get_applied_visual_material(self) -> Any:
-        return self._view.get_applied_visual_materials()[0]
+        from .materials import OmniPBR
+
+        found = self._view.get_applied_visual_materials()[0]
+        return None if found is None else OmniPBR(found.paths[0])
 
     def is_visual_material_applied(self) -> bool:
         return self.get_applied_visual_material() is not None

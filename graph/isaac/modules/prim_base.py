@@ -156,9 +156,11 @@ class XformPrim(Prim):
                 tell_inert(f"{type(material).__name__} on {self.paths[one]}")
 
     def get_applied_visual_materials(self, *, indices: Any = None) -> list[Any]:
+        from .materials import VisualMaterial
+
         found = [UsdShade.MaterialBindingAPI(self.prims[one]) for one in numbers(indices, len(self))]
         bound = [one.GetDirectBinding().GetMaterial() for one in found]
-        return [one.GetPrim() if one else None for one in bound]
+        return [VisualMaterial(str(one.GetPath())) if one else None for one in bound]
 
     def get_default_state(self, *, indices: Any = None) -> tuple[Any, ...]:
         return self._defaults.get("positions"), self._defaults.get("orientations")

@@ -232,6 +232,11 @@ class WriterRegistry:
         _OWN[writer.__name__] = writer
 
     @staticmethod
+    def is_of_script(name: str) -> bool:
+        """Whether a script has registered a writer of that name."""
+        return name in _OWN
+
+    @staticmethod
     def register_node_writer(name: str, *_: Any, **__: Any) -> None:
         tell_inert("omni.replicator.core.writers.register_node_writer")
 

@@ -163,6 +163,18 @@ class _Product:
 
         return HydraTexture(super().render_product)  # type: ignore[misc]
 
+    def attach_writer(self, writer_name: str, **arguments: Any) -> Any:
+        """A writer of the table; or one that the script registered, whose instance is given back."""
+        from .replicator import WriterRegistry
+
+        if not WriterRegistry.is_of_script(writer_name):
+            return super().attach_writer(writer_name, **arguments)  # type: ignore[misc]
+        held: dict[str, Any] = self._writers  # type: ignore[attr-defined]
+        if writer_name in held:
+            self.detach_writer(writer_name)  # type: ignore[attr-defined]
+        made = held[writer_name] = WriterRegistry.get(writer_name, arguments)
+        return made.attach([self.render_product.path])
+
 
 class LidarSensor(_Product, OurLidarSensor):
     authored_by = OurLidar

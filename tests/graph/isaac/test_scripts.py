@@ -331,3 +331,67 @@ app.close()
     assert code == 0, err
     assert out.splitlines() == ["False dynamic_cube", "[1.0, 3.0]"]
     assert "isaac-old-name: omni.isaac.core.objects" in err
+
+
+def test_a_writer_of_the_script_is_attached_to_a_sensor_by_its_name(printed):
+    lines = printed("""from isaacsim import SimulationApp
+app = SimulationApp()
+import omni.replicator.core as rep, omni.timeline
+from isaacsim.core.experimental.materials import OmniGlassMaterial
+from isaacsim.core.experimental.objects import Cube
+from isaacsim.sensors.experimental.rtx import Lidar, LidarSensor, parse_generic_model_output_data
+class Count(rep.Writer):
+    def __init__(self, least=1):
+        self.data_structure = "renderProduct"
+        self.annotators = [rep.annotators.get("GenericModelOutput")]
+        self.least, self.frames = least, 0
+    def write(self, data):
+        for one in data["renderProducts"].values():
+            raw = one["GenericModelOutput"]
+            raw = raw["data"] if isinstance(raw, dict) else raw
+            self.frames += parse_generic_model_output_data(raw).numElements >= self.least
+rep.WriterRegistry.register(Count)
+wall = Cube("/World/wall", sizes=2.0, positions=[[5.0, 0.0, 0.0]])
+wall.apply_visual_materials(OmniGlassMaterial("/World/glass"))
+wall.get_applied_visual_materials()[0].set_input_values("glass_color", [1.0, 0.5, 0.0])
+sensor = LidarSensor(Lidar.create("/World/lidar", config="Example_Rotary"), annotators=[])
+writer = sensor.attach_writer("Count", least=10)
+omni.timeline.get_timeline_interface().play()
+for _ in range(20):
+    app.update()
+print(writer.least, writer.frames > 0)
+sensor.detach_writer("Count")
+before = writer.frames
+for _ in range(5):
+    app.update()
+print(writer.frames == before)
+app.close()
+""")
+    assert lines == ["10 True", "True"]
+
+
+def test_a_test_case_awaits_updates_of_the_application(printed):
+    lines = printed("""from isaacsim import SimulationApp
+app = SimulationApp()
+import io, unittest, omni.kit.app, omni.kit.test, omni.usd
+import omni.graph.core.tests as ogts
+class TestStage(ogts.OmniGraphTestCase):
+    async def setUp(self):
+        await super().setUp()
+        omni.usd.get_context().get_stage().DefinePrim("/Thing", "Cube")
+    async def test_updates(self):
+        before = omni.kit.app.get_app().get_update_number()
+        await omni.kit.app.get_app().next_update_async()
+        self.assertEqual(omni.kit.app.get_app().get_update_number(), before + 1)
+        self.assertTrue(omni.usd.get_context().get_stage().GetPrimAtPath("/Thing"))
+    def test_values(self):
+        ogts.verify_values([1.0, 2.0], (1.0, 2.000001), "close")
+        with self.assertRaisesRegex(ValueError, "far: Expected"):
+            ogts.verify_values([1.0], [2.0], "far")
+result = unittest.TextTestRunner(stream=io.StringIO()).run(
+    unittest.defaultTestLoader.loadTestsFromTestCase(TestStage))
+print(result.testsRun, result.wasSuccessful())
+print(bool(omni.usd.get_context().get_stage().GetPrimAtPath("/Thing")))
+app.close()
+""")
+    assert lines == ["2 True", "False"]
