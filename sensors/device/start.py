@@ -36,12 +36,15 @@ class Start:
     lidars: Mapping[str, Mount]
     physics: Any
     rates: tuple[Any, ...]
+    held: Mapping[int, np.ndarray] = field(default_factory=dict)
+    """Poses (4, 4) [m] of surfaces on bodies that the physics does not move, by number: they stand."""
 
 
 @dataclass
 class Difference:
-    """Where another world begins otherwise: poses (4, 4) of standing surfaces by number, relative to the first world's;
-    poses of lidars; and what the physics has otherwise (`graph.sim.physics.mujoco.device_start`).
+    """Where another world begins otherwise: poses (4, 4) [m] by number of standing surfaces, relative to the first
+    world's, and of surfaces on bodies that are held; poses of lidars; and what the physics has otherwise
+    (`graph.sim.physics.mujoco.device_start`).
     """
 
     surfaces: dict[int, np.ndarray] = field(default_factory=dict)
@@ -56,15 +59,21 @@ def start_of(app: Any, sensors: Sequence[Any]) -> Start:
     """How the world of an App begins; sensors: the runtimes of its lidars."""
     from sensors.raycast.shared import cast_world, surface_optics
 
+    surfaces, simulated = cast_world(app).surfaces, () if app.physics is None else app.physics.body_paths
     mounts = {}
     for sensor in sensors:
         body, pose = app.fabric.body_of(sensor.path), sensor.pose()
+        if body not in simulated:
+            body = None
         if body is not None:
             pose = np.linalg.inv(np.asarray(app.fabric.rigid_matrices((body,), app.fabric.capture()))[0]) @ pose
         shared = sensor.config, sensor.turns.pattern(0), sensor.rate, tuple(sensor.exclude)
         mounts[sensor.path] = Mount(body, pose, shared)
+    still = [n for n, one in enumerate(surfaces) if one.body is not None and one.body not in simulated]
+    bodies = tuple(str(surfaces[n].body) for n in still)
+    held = dict(zip(still, np.asarray(app.fabric.rigid_matrices(bodies, app.fabric.capture())), strict=True))
     rates = app.simulation.steps_per_second, app.loop_rate
-    return Start(cast_world(app).surfaces, surface_optics(app), mounts, app.physics, rates)
+    return Start(surfaces, surface_optics(app), mounts, app.physics, rates, held)
 
 
 def difference(first: Start, other: Start) -> Difference:
@@ -79,7 +88,9 @@ def difference(first: Start, other: Start) -> Difference:
         moved = _moved(old, new)
         if moved is None or (old.body is not None and not np.array_equal(moved, np.eye(4))):
             raise UserError(f"it changes the shape of {old.path}; {UNDRAWN}")
-        if not np.array_equal(moved, np.eye(4)):
+        if number in first.held and not np.array_equal(first.held[number], other.held[number]):
+            found.surfaces[number] = other.held[number]
+        elif not np.array_equal(moved, np.eye(4)):
             found.surfaces[number] = moved
     if not same(first.optics, other.optics):
         raise UserError(f"it changes the material of surfaces; {UNDRAWN}")

@@ -117,9 +117,11 @@ class Worlds:
         paths = () if engine is None else engine.body_paths
         number = {path: index for index, path in enumerate(paths)}
         body_of = np.array([number.get(str(one.body), -1) if one.body else -1 for one in start.surfaces], np.int32)
-        moved = sorted({surface for each in differences.values() for surface in each.surfaces})
+        moved = sorted({surface for each in differences.values() for surface in each.surfaces} | start.held.keys())
         body_of[moved] = np.arange(len(moved)) + len(paths)  # as if each stood on a body of its own
         places = np.tile(np.eye(4), (count, len(paths) + len(moved), 1, 1))
+        for surface, pose in start.held.items():
+            places[:, body_of[surface]] = pose
         for index, each in differences.items():
             for surface, pose in each.surfaces.items():
                 places[index, body_of[surface]] = pose
@@ -254,6 +256,8 @@ class Worlds:
         return Geometry(self.device, world.surfaces, body_of, anchor, formulas=True, skip=skip, worlds=self.count)
 
     def _check(self, sensor: Any) -> None:
+        from sensors.raycast.shared import surface_optics
+
         fidelity = self.app.fidelity
         reason = ""
         if not sensor.whole:
@@ -262,6 +266,10 @@ class Worlds:
             reason = "the patterns of its turns differ"
         elif fidelity.lidar_noise or fidelity.lidar_subrays > 1 or fidelity.lidar_motion != "frozen":
             reason = "lidar.noise, lidar.subrays and lidar.motion keep their defaults there"
+        elif sensor.config.output_frame_of_reference != "SENSOR":
+            reason = f"its frame of reference is {sensor.config.output_frame_of_reference}; set SENSOR"
+        elif surface_optics(self.app).has_glass:
+            reason = "rays pass through glass in single Apps only"
         if reason:
             raise UserError(f"worlds: {sensor.path} cannot be scanned in many worlds: {reason}")
 

@@ -152,6 +152,45 @@ def test_each_world_is_the_file_run_with_its_own_seed(device, tmp_path):
         assert np.abs(there - places).max() < 1e-4
 
 
+def test_what_hangs_on_bodies_that_nothing_moves_stands_where_the_app_has_it(device, tmp_path):
+    """Without a dynamic body there is no physics: a kinematic wall, drawn by world, before a kinematic mast."""
+    file = tmp_path / "still.yaml"
+    held = "attributes: {'physics:kinematicEnabled': true}"
+    text = f"""\
+tickgraph: 1
+scene:
+  prims:
+    /World/Wall: {{type: Cube, translate: [3, 1, 0.5], rotate: [0, 0, 20], rigid_body: true, {held}}}
+    /World/Mast: {{translate: [0.5, 0, 0.25], rotate: [0, 0, 45], rigid_body: true, {held}}}
+    /World/Mast/lidar: {{type: OmniLidar, config: Example_Rotary_2D, translate: [0.2, 0, 0]}}
+randomize:
+  /World/Wall.translate: uniform([3, 1, 0.5], [4, 2, 0.5])
+  /World/Mast.translate: uniform([0, 0, 0.25], [0.5, 0, 0.25])
+"""
+    file.write_text(text)
+    with Worlds(file, count=2, device=device, channels=["distance"]) as worlds:
+        assert worlds.physics is None
+        for _ in range(6):
+            worlds.step()
+        ranges = worlds.lidars[LIDAR].channels.distance.numpy()
+    for world in range(2):
+        seen = seen_by_an_app(file, world)
+        assert len(seen) == np.count_nonzero(ranges[world]) > 100
+        assert np.abs(ranges[world][ranges[world] > 0] - seen).max() < 1e-5
+
+
+def test_lidars_that_worlds_would_measure_otherwise_are_refused(tmp_path):
+    file = tmp_path / "other.yaml"
+    keys = "config: Example_Rotary_2D, attributes: {'omni:sensor:Core:outputFrameOfReference': WORLD}"
+    for text, why in (
+        (WORLD.replace("config: Example_Rotary_2D", keys), "its frame of reference is WORLD"),
+        (WORLD.replace("translate: [3, 1, 0.5]", "translate: [3, 1, 0.5], material: clear_glass"), "glass"),
+    ):
+        file.write_text(text)
+        with pytest.raises(UserError, match=f"worlds: {LIDAR} cannot be scanned in many worlds: .*{why}"):
+            Worlds(file, count=2, device="warp-cpu")
+
+
 @pytest.mark.parametrize(
     ("line", "why"),
     [
