@@ -85,10 +85,13 @@ class RenderedSensor(Suggesting):
 
         Raises SensorValueError for a name that is unknown or not attached.
         """
+        return split_data(self._attached(annotator).get_data())
+
+    def _attached(self, annotator: str) -> Annotator:
         _check_annotator(annotator, self._annotator_table)
         if annotator not in self._annotators:
             raise SensorValueError(f"{self.path}: annotator {annotator!r} is not attached; attach it first")
-        return split_data(self._annotators[annotator].get_data())
+        return self._annotators[annotator]
 
     def attach_annotators(self, names: str | Iterable[str]) -> dict[str, Annotator]:
         """Attaches annotators; a repeated name gets a new one. Returns name -> annotator."""
@@ -160,6 +163,14 @@ class PointSensor(RenderedSensor, Generic[Authored]):
         self._authored: Authored = made
         self.render_vars = tuple(render_vars or ())
         super().__init__(made.app, made.path, RESOLUTION, annotators, writers)
+
+    def get_data(self, annotator: str, device: str | None = None) -> tuple[Any, Mapping[str, Any]]:
+        """(data, info) of an attached annotator; data is None before the first frame.
+
+        device: "cpu"; the App's device gives arrays that are still there, of a point cloud or a GenericModelOutput.
+        Raises SensorValueError for a name that is unknown or not attached, and for data that is in host memory only.
+        """
+        return split_data(self._attached(annotator).get_data(device))
 
     @property
     def authoring_object(self) -> Authored:

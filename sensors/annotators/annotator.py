@@ -86,9 +86,10 @@ class Annotator(Suggesting):
         """The data of the newest frame; between ticks the same object again.
 
         Before the first frame: empty arrays, or None for a buffer. Dictionaries have "data" and "info"; FlatScan's has
-        its outputs by name. device: "cpu"; the App's device gives, for a point cloud, arrays that are still there (see
-        `sensors.device.frames`). do_array_copy: True copies what an annotator without copies gives. Raises
-        SensorValueError if it is not attached, RuntimeError after the product was removed.
+        its outputs by name. device: "cpu"; the App's device gives, for a point cloud or a GenericModelOutput, arrays
+        that are still there (see `sensors.device.frames`); None before the first frame. do_array_copy: True copies what
+        an annotator without copies gives. Raises SensorValueError if it is not attached, RuntimeError after the product
+        was removed.
         """
         reading = self._reading
         if reading is None:
@@ -107,18 +108,20 @@ class Annotator(Suggesting):
         return owned(found, frame) if do_array_copy and not self.copies else found
 
     def _on_device(self, device: str | None, reading: Reading, frame: Frame | None) -> Any:
-        """The rows of a point cloud as arrays on the App's device; an empty dictionary before the first frame."""
+        """The data as arrays on the App's device; None before the first frame."""
         arrays = frame.arrays if frame is not None else None
-        if reading.app.fidelity.device in HOST or not self.kind.on_device:
+        there = self.kind.on_device
+        if reading.app.fidelity.device in HOST or there is None:
             check_device(device)
-        if arrays is None:
-            return {}
+            return None
+        if frame is None:
+            return None
         if not hasattr(arrays, "on_device"):
             raise SensorValueError(
                 f"device {device!r}: these frames are made on the host (noise, sub-rays, glass, lidar.motion, another "
                 "frame of reference than SENSOR, or a camera's); leave it out"
             )
-        return {name: arrays.on_device(channel) for name, channel in self.kind.on_device.items() if channel in arrays}
+        return there(frame)
 
     def detach(self, products: Product = None) -> None:
         """Withdraws its requests; harmless if it is not attached. products: as in Replicator, not needed."""

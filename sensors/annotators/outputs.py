@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 
@@ -30,9 +31,6 @@ LABELS = {
 
 SCAN_BUFFER_CHANNELS = {"data": "xyz", **LABELS}
 """Output of IsaacCreateRTXLidarScanBuffer -> the channel it needs; what the sensor does not measure stays empty."""
-
-ON_DEVICE = {"data": "xyz", **LABELS, "timestamp": "timeOffsetNs"}
-"""Outputs of a point cloud on a device -> their channels; the times there count from the frame's timestamp."""
 
 EXTRACT_CHANNELS = frozenset({"xyz", "azimuth", "elevation", "distance", "scalar", "timeOffsetNs"})
 """The outputs that IsaacExtractRTXSensorPointCloud always gives; auxiliary outputs depend on the frame."""
@@ -87,6 +85,16 @@ def extract_point_cloud(frame: Frame) -> dict[str, np.ndarray]:
             found[name] = array
     if frame.coords == "CARTESIAN":
         found |= {name: frame.xyz[:, axis] for axis, name in enumerate(("azimuth", "elevation", "distance"))}
+    return found
+
+
+def cloud_on_device(frame: Frame) -> dict[str, Any]:
+    """The arrays of `extract_point_cloud` for a frame on a device, there; `timestamp` counts from the frame's own."""
+    arrays: Any = frame.arrays
+    names = {"data": "xyz", **LABELS}
+    found = {name: arrays.on_device(channel) for name, channel in names.items() if channel in arrays}
+    if frame.coords == "CARTESIAN":
+        found |= {name: found["data"][:, axis] for axis, name in enumerate(("azimuth", "elevation", "distance"))}
     return found
 
 

@@ -11,9 +11,11 @@ from graph.base.records import dataclass, field
 from graph.base.suggest import did_you_mean
 from sensors.channels import AuxLevel
 from sensors.errors import SensorValueError
+from sensors.frame import Frame
 from sensors.gmo import channels_for, pack
+from sensors.gmo.buffer import on_device as model_output_on_device
 
-from .outputs import EXTRACT_CHANNELS, LABELS, ON_DEVICE, empty_outputs, extract_point_cloud
+from .outputs import EXTRACT_CHANNELS, LABELS, cloud_on_device, empty_outputs, extract_point_cloud
 from .reading import Reading as Reading
 from .times import reference_time, simulation_time, system_time
 
@@ -26,8 +28,8 @@ class AnnotatorType:
     optional: also requests the auxiliary channels, as far as the prim's level includes them. options: those of
     `initialize`, with their defaults. modality: the sensors that it can read; "" is any that measures its channels.
     keeps_last: a frame without elements changes nothing. check: raises UserError for a product that it cannot read.
-    instead: the replacement of a deprecated annotator. on_device: its arrays that may be read on the App's device,
-    by the channels that they are.
+    instead: the replacement of a deprecated annotator. on_device: returns the data of a frame on the
+    App's device as arrays there; None: it is in host memory only.
     """
 
     name: str
@@ -39,7 +41,7 @@ class AnnotatorType:
     keeps_last: bool = False
     check: Callable[[Reading], None] = lambda reading: None
     instead: str = ""
-    on_device: Mapping[str, str] = field(default_factory=dict)
+    on_device: Callable[[Frame], Any] | None = None
 
     def checked_options(self, options: Mapping[str, Any]) -> dict[str, Any]:
         """All options: the given ones, and defaults for the rest. Raises SensorValueError for an unknown option."""
@@ -97,6 +99,7 @@ for _kind in (
         lambda reading: None if reading.frame is None else pack(reading.frame),
         lambda reading: channels_for(AuxLevel.NONE, reading.sensor.coords),
         optional=True,
+        on_device=model_output_on_device,
     ),
     AnnotatorType(
         "StableIdMap",
@@ -110,7 +113,7 @@ for _kind in (
         _extract,
         lambda reading: EXTRACT_CHANNELS,
         optional=True,
-        on_device=ON_DEVICE,
+        on_device=cloud_on_device,
     ),
     AnnotatorType(
         "IsaacExtractRTXSensorPointCloudNoAccumulator",

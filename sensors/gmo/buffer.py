@@ -6,6 +6,7 @@ The properties of `GenericModelOutput` are guaranteed, but not byte compatibilit
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from typing import Any
 
@@ -40,12 +41,44 @@ from .layout import (
 
 def pack(frame: Frame) -> np.ndarray:
     """The frame as a GenericModelOutput buffer, (size,) uint8, not shared with any other object."""
-    filled = [name for name in AUX_ARRAYS if name in frame.arrays and CHANNELS[name].level <= frame.aux_level]
-    if not hasattr(frame.arrays, "packed"):  # on a device all channels have the rows of the frame
-        filled = [name for name in filled if len(frame.arrays[name]) == frame.count]
+    filled = _filled(frame)
     offsets, size = layout_of(frame.count, filled)
     made = frame.arrays.packed(offsets, size, frame.coords) if hasattr(frame.arrays, "packed") else None
     buffer = np.zeros(size, np.uint8) if made is None else made
+    _write_header(buffer, frame, filled, size)
+    if made is None:
+        for name, source in _sources(frame).items():
+            _place(buffer, offsets[name], ELEMENT_DTYPES[name], source)
+        for name in filled:
+            _place(buffer, offsets[name], CHANNELS[name].dtype, frame.arrays[name])
+    return buffer
+
+
+def on_device(frame: Frame) -> GenericModelOutput:
+    """The GenericModelOutput of a frame on a device (`sensors.device.frames`), whose arrays stay there."""
+    arrays: Any = frame.arrays
+    filled = _filled(frame)
+    buffer = np.zeros(HEADER.itemsize, np.uint8)
+    _write_header(buffer, frame, filled, layout_of(frame.count, filled)[1])
+    found = {name: arrays.on_device(name) for name in ("timeOffsetNs", "scalar", "flags", *filled) if name in arrays}
+    if frame.coords == "CARTESIAN":
+        points = arrays.on_device("xyz")
+        found |= {name: points[:, axis] for axis, name in enumerate("xyz")}
+    else:
+        parts = zip("xyz", XYZ_CHANNELS[frame.coords], strict=True)
+        found |= {name: arrays.on_device(channel) for name, channel in parts}
+    return GenericModelOutput(buffer, found)
+
+
+def _filled(frame: Frame) -> list[str]:
+    """The auxiliary arrays of a frame's buffer."""
+    filled = [name for name in AUX_ARRAYS if name in frame.arrays and CHANNELS[name].level <= frame.aux_level]
+    if hasattr(frame.arrays, "packed"):  # on a device all channels have the rows of the frame
+        return filled
+    return [name for name in filled if len(frame.arrays[name]) == frame.count]
+
+
+def _write_header(buffer: np.ndarray, frame: Frame, filled: Sequence[str], size: int) -> None:
     header = buffer[: HEADER.itemsize].view(HEADER)[0]
     header["magicNumber"] = MAGIC
     header["majorVersion"], header["minorVersion"], header["patchVersion"] = VERSION
@@ -65,12 +98,6 @@ def pack(frame: Frame) -> np.ndarray:
         header["azimuthOffset"], header["scanComplete"] = frame.azimuth_offset_deg, frame.scan_complete
         for name in OTHER_SCALARS:
             header[name] = frame.facts.get(name, 0)
-    if made is None:
-        for name, source in _sources(frame).items():
-            _place(buffer, offsets[name], ELEMENT_DTYPES[name], source)
-        for name in filled:
-            _place(buffer, offsets[name], CHANNELS[name].dtype, frame.arrays[name])
-    return buffer
 
 
 def _sources(frame: Frame) -> dict[str, np.ndarray]:
@@ -146,7 +173,8 @@ class GenericModelOutput(_ReadOnly):
     scanComplete: bool
     azimuthOffset: float
 
-    def __init__(self, buffer: np.ndarray | None = None) -> None:
+    def __init__(self, buffer: np.ndarray | None = None, arrays: Mapping[str, Any] | None = None) -> None:
+        """arrays: those of the elements, where the buffer is a header only."""
         record = np.zeros(1, HEADER)[0] if buffer is None else buffer[: HEADER.itemsize].view(HEADER)[0]
         fields: dict[str, Any] = {name: int(record[name]) for name in INTEGER_FIELDS}
         fields["magicNumber"] = MAGIC if buffer is None else int(record["magicNumber"])
@@ -156,11 +184,11 @@ class GenericModelOutput(_ReadOnly):
         fields["scanComplete"] = bool(record["scanComplete"])
         fields["azimuthOffset"] = float(record["azimuthOffset"])
         fields |= {name: record[name].item() for name in OTHER_SCALARS}
-        self.__dict__.update(fields, _arrays={})
-        if buffer is not None:
+        self.__dict__.update(fields, _arrays=dict(arrays or {}))
+        if buffer is not None and arrays is None:
             self._read_arrays(buffer)
 
-    _arrays: dict[str, np.ndarray]
+    _arrays: dict[str, Any]
 
     def _read_arrays(self, buffer: np.ndarray) -> None:
         buffer = _locked(buffer.view())
@@ -204,13 +232,16 @@ class GenericModelOutput(_ReadOnly):
 
 
 def parse_generic_model_output_data(data: Any) -> GenericModelOutput:
-    """Reads a GenericModelOutput buffer: an ndarray (any dtype, read as bytes), bytes, or one of our handles.
+    """Reads a GenericModelOutput buffer: an ndarray (any dtype, read as bytes), bytes, or one of our handles. What was
+    read already, such as `get_data(device="cuda")` of it, is returned as it is.
 
     None, a buffer that is too short, a wrong magic number (normal before a sensor's first frame) or another layout
     version gives a warning and an empty GenericModelOutput with `numElements` 0, never an exception. Arrays are
     read-only views of the buffer, which may itself be read-only. Integers are opaque handles of this process
     (`sensors.handles`), never addresses: an unknown one gives the same warning.
     """
+    if isinstance(data, GenericModelOutput):
+        return data
     if isinstance(data, (int, np.integer)):
         from sensors.handles import resolve
 

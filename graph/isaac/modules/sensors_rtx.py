@@ -182,24 +182,24 @@ class LidarSensor(_Product, OurLidarSensor):
     def __init__(self, path: Any, **options: Any) -> None:
         super().__init__(Lidar(path) if isinstance(path, str) else path, **options)
 
-    def get_data(self, annotator: str, *, out: Any = None) -> Any:
-        return _data(super().get_data(annotator), out)
+    def get_data(self, annotator: str, device: str | None = None, *, out: Any = None) -> Any:
+        return _data(super().get_data(annotator, device), out)
 
 
 class RadarSensor(_Product, OurRadarSensor):
     def __init__(self, path: Any, **options: Any) -> None:
         super().__init__(Radar(path) if isinstance(path, str) else path, **options)
 
-    def get_data(self, annotator: str, *, out: Any = None) -> Any:
-        return _data(super().get_data(annotator), out)
+    def get_data(self, annotator: str, device: str | None = None, *, out: Any = None) -> Any:
+        return _data(super().get_data(annotator, device), out)
 
 
 class AcousticSensor(_Product, OurAcousticSensor):
     def __init__(self, path: Any, **options: Any) -> None:
         super().__init__(Acoustic(path) if isinstance(path, str) else path, **options)
 
-    def get_data(self, annotator: str, *, out: Any = None) -> Any:
-        return _data(super().get_data(annotator), out)
+    def get_data(self, annotator: str, device: str | None = None, *, out: Any = None) -> Any:
+        return _data(super().get_data(annotator, device), out)
 
 
 class CameraSensor(_Product, OurCameraSensor):

@@ -10,9 +10,12 @@ from pxr import Gf, UsdGeom, UsdPhysics
 
 from graph.sim import App
 from sensors import Lidar, LidarSensor
+from sensors.annotators.annotator import Annotator
+from sensors.annotators.registry import find_annotator
 from sensors.errors import SensorValueError
 from sensors.gmo import parse_generic_model_output_data
-from tests.support.devices import on_each
+from sensors.gmo.layout import AUX_ARRAYS, ELEMENT_ARRAYS
+from tests.support.devices import DEVICES, on_each
 
 
 def lidar_app(device, **options):
@@ -65,33 +68,62 @@ def test_what_frames_on_the_device_cannot_have_is_cast_there_and_made_on_the_hos
     assert np.abs(ours.z - theirs.z).max() < 2e-5
 
 
-@on_each
-def test_a_point_cloud_can_be_read_where_it_is(device):
-    """The arrays on the device share no copy with the host, hold the same numbers, and go by DLPack."""
-    from sensors.annotators.annotator import Annotator
-    from sensors.annotators.registry import find_annotator
-
-    app, _ = lidar_app(device)
+@pytest.fixture(params=DEVICES)
+def opened(request):
+    """An App on a device and its lidar, after two scans."""
+    app, sensor = lidar_app(request.param)
     try:
-        product = next(iter(app.rendering.products.values()))
-        cloud = Annotator(find_annotator("IsaacExtractRTXSensorPointCloud"), app=app).attach(product)
+        cloud = Annotator(find_annotator("IsaacExtractRTXSensorPointCloud"), app=app).attach(sensor.render_product)
         app.play()
         app.update(steps=14)
-        there, here = cloud.get_data(device=device), cloud.get_data()
-        assert there["data"].shape == here["data"].shape
-        for name in ("data", "distance", "intensity"):
-            assert np.array_equal(there[name].numpy(), here[name]), name
-        if device == "warp-cpu":
-            assert np.array_equal(np.from_dlpack(there["distance"]), here["distance"])
+        yield request.param, sensor, cloud
     finally:
         app.close()
         app.__exit__(None, None, None)
 
 
-def test_without_a_device_arrays_are_on_the_host():
-    from sensors.annotators.annotator import Annotator
-    from sensors.annotators.registry import find_annotator
+def test_a_point_cloud_can_be_read_where_it_is(opened):
+    """The arrays on the device hold the host's numbers."""
+    device, _, cloud = opened
+    there, here = cloud.get_data(device), cloud.get_data()
+    for name in ("data", "distance", "intensity", "azimuth", "elevation"):
+        assert np.array_equal(there[name].numpy(), here[name]), name
 
+
+def test_every_array_of_a_model_output_can_be_read_where_it_is(opened):
+    """The header and all element arrays are those of the buffer that the host gets."""
+    device, sensor, _ = opened
+    there, _ = sensor.get_data("generic-model-output", device)
+    here = parse_generic_model_output_data(sensor.get_data("generic-model-output")[0])
+    assert parse_generic_model_output_data(there) is there
+    assert there.numElements == here.numElements > 500
+    for name in ("frameId", "timestampNs", "sizeInBytes", "filledAuxMembers", "auxType", "elementsCoordsType"):
+        assert getattr(there, name) == getattr(here, name), name
+    for name in (*ELEMENT_ARRAYS, *(name for name, bit in AUX_ARRAYS.items() if bit in here.filledAuxMembers)):
+        assert np.array_equal(getattr(there, name).numpy(), getattr(here, name)), name
+
+
+def test_arrays_on_the_device_share_their_memory_by_the_interfaces_of_arrays(opened):
+    """Without a copy: a number written through one of them is read through the other."""
+    device, _, cloud = opened
+    distance = cloud.get_data(device)["distance"]
+    if device == "cuda":
+        assert distance.__cuda_array_interface__["data"][0] == distance.ptr
+        return
+    assert distance.__array_interface__["data"][0] == distance.ptr
+    shared = np.from_dlpack(distance)
+    np.asarray(distance)[0] = 12.5
+    assert shared[0] == distance.numpy()[0] == 12.5
+
+
+def test_torch_takes_the_arrays_without_a_copy(opened):
+    torch = pytest.importorskip("torch")
+    device, _, cloud = opened
+    distance = cloud.get_data(device)["distance"]
+    assert torch.from_dlpack(distance).data_ptr() == distance.ptr
+
+
+def test_without_a_device_arrays_are_on_the_host():
     app, _ = lidar_app("cpu")
     try:
         cloud = Annotator(find_annotator("IsaacExtractRTXSensorPointCloud"), app=app)
