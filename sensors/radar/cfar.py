@@ -31,20 +31,6 @@ class Axis:
     wraps: bool = False
 
 
-def threshold_factor(cells: int, false_alarms: float) -> float:
-    """The factor that gives this false alarm rate in exponential noise, for the mean of this many training cells.
-
-    N (Pfa^(-1/N) - 1): the mean of N exponential powers is gamma distributed.
-    """
-    return cells * (math.pow(false_alarms, -1.0 / cells) - 1.0)
-
-
-def training_cells(axes: Sequence[Axis]) -> int:
-    """How many training cells a cell far from every edge has."""
-    outer = math.prod(2 * (axis.training + axis.guard) + 1 for axis in axes)
-    return outer - math.prod(2 * axis.guard + 1 for axis in axes)
-
-
 def noise_level(power: np.ndarray, axes: Sequence[Axis]) -> np.ndarray:
     """Mean power of each cell's training cells, float64 of the shape of `power`; 0 for a cell without any.
 

@@ -57,6 +57,14 @@ def received(prims: Mapping[str, Any], attributes: Mapping[str, Any] = {}, **opt
         return sections[order], cube.values[0][order], cube.bounces[order]
 
 
+def threshold_factor(cells: int, false_alarms: float) -> float:
+    """The factor that gives this false alarm rate in exponential noise, for the mean of this many training cells.
+
+    N (Pfa^(-1/N) - 1): the mean of N exponential powers is gamma distributed.
+    """
+    return float(cells * (false_alarms ** (-1.0 / cells) - 1.0))
+
+
 def dbsm(section: float) -> float:
     """[dBsm] of [m^2]."""
     return 10 * math.log10(section)

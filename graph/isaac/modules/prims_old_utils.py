@@ -10,7 +10,7 @@ import numpy as np
 
 from graph.isaac.outcomes import inert
 from graph.isaac.session import app, app_or_none
-from graph.sim.usd import Sdf, Usd, UsdGeom
+from graph.sim.usd import Sdf, Tf, Usd, UsdGeom
 
 from . import prim_utils
 from .prim_utils import find_matching_prim_paths as _matching
@@ -216,7 +216,7 @@ def _set(prim: Any, name: str, value: Any) -> None:
         try:
             attribute.Set(value)
             return
-        except Exception:  # of another type: converted below
+        except (Tf.ErrorException, TypeError, OverflowError):  # of another type: converted below
             pass
     set_property(prim, name, np.asarray(value).tolist() if isinstance(value, np.ndarray) else value)
 

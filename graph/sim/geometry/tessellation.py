@@ -45,11 +45,6 @@ def sphere_parts(radius: float, tolerance: float) -> int:
     return _clamp(2 * math.ceil(math.pi / angle)) if angle else MOST_PARTS
 
 
-def sphere_error(radius: float, parts: int) -> float:
-    """The largest distance of a sphere with that many parts from the true one."""
-    return radius * (1 - math.sqrt(math.cos(2 * math.pi / parts)))
-
-
 def _clamp(parts: int) -> int:
     return max(FEWEST_PARTS, min(MOST_PARTS, parts))
 

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sensors.radar.cfar import Axis, detect, noise_level, noise_level_at, threshold_factor, training_cells
+from sensors.radar.cfar import Axis, detect, noise_level, noise_level_at
+from tests.support.radar_scenes import threshold_factor
 
 
 @pytest.mark.parametrize(
@@ -20,17 +21,16 @@ def test_the_false_alarm_rate_is_the_one_asked_for():
     neighbouring cells share noise; 5 deviations."""
     noise = np.random.default_rng(7).exponential(2.5, (100, 10_000))
     axes = (Axis(0), Axis(8, 2, wraps=True))
-    assert training_cells(axes) == 16
     found = detect(noise, axes, factor=threshold_factor(16, 1e-3))
     assert found.mean() == pytest.approx(1e-3, abs=1.6e-4)
 
 
 def test_the_training_cells_of_two_dimensions_are_a_box_without_its_guard():
+    """16 cells: 5 x 5 without the 3 x 3 of the guard."""
     power = np.zeros((9, 9))
     power[4, 4] = 100.0
     power[4, 6] = 7.0
     axes = (Axis(1, 1), Axis(1, 1))
-    assert training_cells(axes) == 25 - 9
     level = noise_level(power, axes)
     assert level[4, 4] == pytest.approx(7 / 16)
     assert level[4, 5] == 0.0  # both targets are in its guard

@@ -8,9 +8,9 @@ import pytest
 from graph.base.errors import UserError
 from graph.sim.settings import RAY_THREADS
 from sensors.gmo import pack
-from sensors.radar.cfar import Axis, noise_level, sparse_noise_level, threshold_factor
+from sensors.radar.cfar import Axis, noise_level, sparse_noise_level
 from sensors.radar.noise import Noise
-from tests.support.radar_scenes import SCAN, WPM, plate, radar_world, trihedral
+from tests.support.radar_scenes import SCAN, WPM, plate, radar_world, threshold_factor, trihedral
 
 MILLION = {
     **{f"{SCAN}binsFromSpec": False, f"{SCAN}rBins": 1000, f"{SCAN}vBins": 1000, f"{SCAN}raysPerDeg": 0.5},
