@@ -10,11 +10,12 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from measure import Row
+from measure import Row, ratio
 
 from graph.base.errors import UserError
 from graph.sim import App
@@ -22,12 +23,14 @@ from graph.sim.devices import device_of, warp
 from graph.sim.geometry import tessellation
 from graph.sim.geometry.closed_forms import closed_form
 from graph.sim.geometry.collect import Mesh, Solid
+from graph.sim.messages.bus import MemorySink
 from sensors.lidar.config import EmitterState, LidarConfig
 from sensors.lidar.pattern import firing_pattern
 from sensors.surfaces.optics import optics_of
 
 TITLE = "Device: 199,712 triangles of hills on a card; floors are raw Warp kernels and mujoco-warp's own steps"
 BOXES = 20
+GRAPHS = Path(__file__).parents[2] / "graphs"
 
 
 def measure(quick: bool) -> Iterator[Row]:
@@ -40,6 +43,24 @@ def measure(quick: bool) -> Iterator[Row]:
     yield from one_world(device, rounds)
     yield from many_worlds(device, rounds, 256 if quick else 4096)
     yield from steps(device, rounds, 256 if quick else 4096)
+    yield from whole_updates("cuda", rounds)
+
+
+def whole_updates(device: str, rounds: int) -> Iterator[Row]:
+    """How much faster whole updates of example files are with their rays on a device than on the processor."""
+    for what, file, off, bound in (
+        ("the yard without radar", "yard", {"radar_product.enabled": False}, 5.0),
+        ("a camera's colours, depth and labels", "camera", {}, None),
+        ("a radar", "radar", {}, None),
+    ):
+        apps = [App.from_file(GRAPHS / f"{file}.yaml", device=name, overrides=off) for name in ("cpu", device)]
+        for app in apps:
+            app.bus.subscribe(MemorySink())
+            app.play()
+        here, there = (partial(app.update, steps=6) for app in apps)
+        yield Row(f"updates of {what}: processor / {device}", ratio(here, there, rounds), bound, best="most")
+        for app in apps:
+            app.close()
 
 
 def lidar(emitters: int, columns: int) -> LidarConfig:
