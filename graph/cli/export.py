@@ -78,12 +78,14 @@ def _export_campaign(args: argparse.Namespace) -> int:
     from graph.campaign.points import FILE
     from graph.campaign.specification import load
     from graph.campaign.table import as_csv
+    from graph.recording.export import nuscenes
     from graph.recording.export.exporting import export
     from graph.recording.run_reader import open_run
 
     campaign, folder = load(args.run), Folder(args.run)
     assert campaign is not None
     rows: list[dict[str, Any]] = []
+    scenes = nuscenes.DataSet()
     for run, point in enumerate(campaign.points):
         name, number = campaign.name_of(run), len(rows)
         result = folder.result(name)
@@ -95,7 +97,7 @@ def _export_campaign(args: argparse.Namespace) -> int:
         try:
             with open_run(args.run / RUNS / name, whole=False) as recording:
                 made = make_output(place, args.run)
-                export(recording, args.format, made, args.topic, world=args.world, number=number)
+                export(recording, args.format, made, args.topic, world=args.world, number=number, scenes=scenes)
         except OSError as error:
             raise RunError(f"{error.filename or args.out}: {error.strerror or error}") from error
         rows.append({"place": named, "run": run, **point})
@@ -103,8 +105,10 @@ def _export_campaign(args: argparse.Namespace) -> int:
         raise RunError(f"{args.run}: no run of this campaign has ended well; there is nothing to export")
     columns = dict.fromkeys(("place", "run", FILE, *campaign.varied))
     try:
+        if args.format == nuscenes.NAME:
+            scenes.write(args.out)
         write(args.out / INDEX, as_csv([*columns], rows))
     except OSError as error:
-        raise RunError(f"{args.out / INDEX}: {error.strerror}") from error
+        raise RunError(f"{error.filename or args.out}: {error.strerror}") from error
     say(f"wrote {counted(len(rows), 'runs')} into {args.out} ({args.format})")
     return 0

@@ -34,12 +34,14 @@ def export(
     *,
     world: bool = False,
     number: int | None = None,
+    scenes: nuscenes.DataSet | None = None,
 ) -> list[str]:
     """Writes a recording into the folder `out`; returns lines for the user.
 
     patterns: topics to export, * for any text (default: all that the format can hold). world: points in the root frame
     of the recorded transforms, each by the pose of its own time. number: of a run of a campaign, from 0 in order: a
-    sequence of KITTI, a scene of nuScenes, else a folder of its own. Raises UserError if no topic fits.
+    sequence of KITTI, a scene of nuScenes, else a folder of its own. scenes: the tables of nuScenes that this run
+    joins, which the caller writes after the last one. Raises UserError if no topic fits.
     """
     topics = _chosen(run, form, patterns)
     if form == "las":
@@ -49,7 +51,11 @@ def export(
     if form == kitti.NAME:
         return kitti.write_kitti(run, topics, transforms, read_labels(run), out, number or 0)
     if form == nuscenes.NAME:
-        return nuscenes.write_nuscenes(run, topics, transforms, read_labels(run), out, number)
+        tables_of_all = scenes or nuscenes.DataSet()
+        lines = nuscenes.add_nuscenes(tables_of_all, run, topics, transforms, read_labels(run), out, number)
+        if scenes is None:
+            tables_of_all.write(out)
+        return lines
     scanned = [topic for topic in topics if run.recorded[topic].type_name in clouds.TYPES]
     pictured = [topic for topic in topics if run.recorded[topic].type_name == images.IMAGE and form in ("png", "npz")]
     places = {topic: out / name for topic, name in file_names(run.recorded).items()}

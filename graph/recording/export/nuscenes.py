@@ -11,13 +11,13 @@ import hashlib
 import json
 from bisect import bisect_left
 from collections import Counter
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from graph.base.errors import RunError, UserError
-from graph.base.inputs import read
 from graph.base.outputs import make_folder, write
 from graph.sim.transforms import Floats, quaternion
 
@@ -119,23 +119,43 @@ class _Tables:
         pose: Floats = found[0]
         return pose
 
-    def write(self, folder: Path) -> None:
-        """Writes the tables; of a further run, behind the rows of those before it."""
-        for name, own in self.rows.items():
-            rows = own
-            if self.number and (folder / f"{name}.json").exists():
-                earlier = json.loads(read(folder / f"{name}.json", "campaign.table"))
-                rows = _joined(earlier, own)
+
+class DataSet:
+    """The tables of a data set: rows by token, of one recording or of many, a scene each."""
+
+    def __init__(self) -> None:
+        self._rows: dict[str, dict[str, Row]] = {name: {} for name in _TABLES}
+
+    def add(self, tables: Mapping[str, Sequence[Row]]) -> None:
+        """Adds the rows of a recording; those that several have (sensors, categories, the map) are there once."""
+        for name, rows in tables.items():
+            known = self._rows[name]
+            for row in rows:
+                first = known.setdefault(row["token"], row)
+                if first is not row and "log_tokens" in row:
+                    first["log_tokens"] += row["log_tokens"]
+
+    def write(self, out: Path) -> None:
+        """Writes the tables into a data set's folder. Raises OSError."""
+        folder = make_folder(out, VERSION)
+        for name, rows in self._rows.items():
             if rows or name != "lidarseg":
-                write(folder / f"{name}.json", json.dumps(rows, indent=1) + "\n")
+                write(folder / f"{name}.json", json.dumps([*rows.values()], indent=1) + "\n")
 
 
-def write_nuscenes(
-    run: RunReader, topics: list[str], transforms: TransformLog, labels: Labels, out: Path, number: int | None = None
+def add_nuscenes(
+    data_set: DataSet,
+    run: RunReader,
+    topics: list[str],
+    transforms: TransformLog,
+    labels: Labels,
+    out: Path,
+    number: int | None = None,
 ) -> list[str]:
-    """Writes the layout; returns lines for the user. number: of a run that is one scene of many, in order from 0.
+    """Writes the scans and pictures of a recording and adds its rows to the tables; returns lines for the user.
 
-    Raises UserError unless there is one cloud, RunError without its transforms.
+    number: of a run that is one scene of many, in order from 0. Raises UserError unless there is one cloud, RunError
+    without its transforms.
     """
     topic = one_cloud(run, topics, NAME)
     tables = _Tables(transforms, run.name, number)
@@ -168,7 +188,7 @@ def write_nuscenes(
         {"token": token("category", number), "name": _class_name(name), "description": "", "index": number}
         for number, name in sorted(classes.items())
     )
-    tables.write(make_folder(out, VERSION))
+    data_set.add(tables.rows)
     return [*notes, f"wrote {', '.join([topic, *shown])} into {out} ({NAME})"]
 
 
@@ -261,16 +281,6 @@ def _nearest(run: RunReader, topic: str, stamps: list[int]) -> list[tuple[int, i
             sample, at = chosen.pop(entry.time_ns)
             found.append((sample, at, entry.load()))
     return found
-
-
-def _joined(earlier: list[Row], own: list[Row]) -> list[Row]:
-    """The rows of a table with those of a further run; rows that both have (sensors, categories, the map) once."""
-    known = {row["token"]: row for row in earlier}
-    for row in own:
-        if "log_tokens" in row and row["token"] in known:
-            known[row["token"]]["log_tokens"] += row["log_tokens"]
-        known.setdefault(row["token"], row)
-    return [*known.values()]
 
 
 def _placed(pose: Floats) -> Row:

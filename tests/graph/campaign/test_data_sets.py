@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import csv
 import json
+from collections import Counter
 
 import numpy as np
 import pytest
 
 from graph.cli.main import main
+from graph.recording.export import nuscenes
 
 LIDAR = """\
 tickgraph: 1
@@ -110,3 +112,19 @@ def test_nuscenes_has_a_scene_for_each_run(campaign, tmp_path, capsys):
     for data in tables["sample_data"]:
         sizes[scene_of[data["sample_token"]]] += (out / data["filename"]).stat().st_size
     assert [*sizes.values()] == [elements * 20 for elements in campaign[1]]  # x, y, z, intensity, ring as float32
+
+
+def test_nuscenes_writes_each_table_once_however_many_runs(campaign, tmp_path, capsys, monkeypatch):
+    """A table that grew with each run would take quadratic time."""
+    written = Counter()
+    write = nuscenes.write
+
+    def count(path, data):
+        written[path.name] += path.suffix == ".json"
+        write(path, data)
+
+    monkeypatch.setattr(nuscenes, "write", count)
+    exported(campaign[0], "nuscenes", tmp_path / "o", capsys)
+    assert {name: times for name, times in written.items() if times} == dict.fromkeys(
+        (one.name for one in (tmp_path / "o/v1.0-tickgraph").iterdir()), 1
+    )
