@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from copy import copy
+from functools import cached_property
 
 import numpy as np
 
+from graph.base.sharing import Shared
 from graph.sim.transforms import apply
 from sensors.compiled import compiled
 from sensors.raycast.rays import RayBundle, RayMemory, turn
@@ -20,6 +22,35 @@ FORWARD_LEFT_UP = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [-1.0, 0.0, 0.0]]
 """Axes forward, left, up to those of a USD camera: directions spread over azimuth and elevation in them."""
 
 
+class LensRays:
+    """The rays of a lens in the camera's axes, for all cameras of this process that have it.
+
+    local: (3, n) float32 unit. origins: (n, 3) float32 [m] of parallel rays, else None. along, dark, wide: as in
+    `CameraRays`.
+    """
+
+    def __init__(self, lens: Lens, shift: tuple[float, float]) -> None:
+        optical = lens.unproject(lens.centres() + np.array(shift)[:, None])
+        self.local = apply(TO_USD, optical, axis=0).astype(np.float32)
+        self.along = None if isinstance(lens, ParallelLens) else optical[2].astype(np.float32)
+        unseen = np.flatnonzero(~optical.any(axis=0))
+        self.dark = unseen if len(unseen) else None
+        if self.along is not None:
+            self.along[unseen] = 1.0  # such a ray has no direction: its depth is infinite, not 0 x infinity
+        self.wide = bool((optical[2] < 0).any())
+        self.origins = None
+        if isinstance(lens, ParallelLens):
+            self.origins = np.ascontiguousarray(apply(TO_USD, lens.origins(shift), axis=0).T, np.float32)
+
+    @cached_property
+    def grid(self) -> RayGrid:
+        """The directions sorted by azimuth and elevation."""
+        return RayGrid(apply(FORWARD_LEFT_UP.T.astype(np.float32), self.local, axis=0).T)
+
+
+_shared: Shared[tuple[Lens, tuple[float, float]], LensRays] = Shared()
+
+
 class CameraRays:
     """One ray for each pixel, row by row.
 
@@ -30,24 +61,15 @@ class CameraRays:
 
     def __init__(self, lens: Lens, shift: tuple[float, float] = (0.0, 0.0)) -> None:
         """shift: where in its pixel a ray goes, from the middle [px]."""
-        optical = lens.unproject(lens.centres() + np.array(shift)[:, None])
-        self._local = apply(TO_USD, optical, axis=0).astype(np.float32)
-        self.along = None if isinstance(lens, ParallelLens) else optical[2].astype(np.float32)
-        unseen = np.flatnonzero(~optical.any(axis=0))
-        self.dark = unseen if len(unseen) else None
-        if self.along is not None:
-            self.along[unseen] = 1.0  # such a ray has no direction: its depth is infinite, not 0 x infinity
-        self.wide = bool((optical[2] < 0).any())
-        self._origins = None
-        if isinstance(lens, ParallelLens):
-            self._origins = np.ascontiguousarray(apply(TO_USD, lens.origins(shift), axis=0).T, np.float32)
+        self._lens = known = _shared.of((lens, shift), lambda: LensRays(lens, shift))
+        self._local, self._origins = known.local, known.origins
+        self.along, self.dark, self.wide = known.along, known.dark, known.wide
         count = self._local.shape[1]
         self._table, self._world = np.empty((count, 6), np.float32), np.empty((3, count), np.float32)
         self._memory = RayMemory()
         self._turned_by = b""
         self._rotation = np.eye(3)
         self._offsets: np.ndarray | None = None
-        self._grid: RayGrid | None = None
 
     def copies(self, count: int) -> tuple[np.ndarray, list[CameraRays]]:
         """The rays of `count` cameras with this lens: one table (count x n, 6) float32, and the cameras, whose own
@@ -59,7 +81,7 @@ class CameraRays:
         for number in range(count):
             one = copy(self)
             one._table, one._world = table[number * rays : (number + 1) * rays], world[number]
-            one._memory, one._turned_by, one._grid = RayMemory(), b"", self.grid()
+            one._memory, one._turned_by = RayMemory(), b""
             found.append(one)
         return table, found
 
@@ -100,9 +122,7 @@ class CameraRays:
 
     def grid(self) -> RayGrid:
         """The directions sorted by azimuth and elevation, as of the last bundle."""
-        if self._grid is None:
-            self._grid = RayGrid(apply(FORWARD_LEFT_UP.T.astype(np.float32), self._local, axis=0).T)
-        return self._grid.turned(self._rotation @ FORWARD_LEFT_UP)
+        return self._lens.grid.turned(self._rotation @ FORWARD_LEFT_UP)
 
     def further(self, rays: np.ndarray, bundle: RayBundle, distance: np.ndarray) -> RayBundle:
         """Some rays (k,) of a bundle, each starting `distance` (k,) [m] along its way."""

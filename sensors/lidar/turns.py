@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import functools
 import math
-import weakref
 from dataclasses import replace
 from fractions import Fraction
+
+from graph.base.sharing import Shared
 
 from .config import LidarConfig
 from .pattern import Pattern, firing_pattern
@@ -14,16 +15,12 @@ from .pattern import Pattern, firing_pattern
 MOST_KEPT_RAYS = 8_000_000
 """Most rays of patterns that are kept; a pattern that repeats after more rays is computed again."""
 
-_shared: weakref.WeakValueDictionary[LidarConfig, Turns] = weakref.WeakValueDictionary()
+_shared: Shared[LidarConfig, Turns] = Shared()
 
 
 def turns_of(config: LidarConfig) -> Turns:
     """The turns of a configuration; all lidars of this process that have the same, but for its name, share them."""
-    key = replace(config, name="")
-    known = _shared.get(key)
-    if known is None:
-        known = _shared[key] = Turns(config)
-    return known
+    return _shared.of(replace(config, name=""), lambda: Turns(config))
 
 
 class Turns:

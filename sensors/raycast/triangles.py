@@ -12,13 +12,14 @@ import numpy as np
 
 from graph.base.errors import RunError
 from graph.base.records import dataclass
+from graph.base.sharing import Shared
 from graph.sim.libraries import import_open3d
 
 MAX_SCENES = 500
 """Each scene opens an Embree device, and the process crashes at about 1011 of them (`sensors/README.md`)."""
 
 _alive, _built = [0], [0]
-_shared: weakref.WeakValueDictionary[bytes, TriangleScene] = weakref.WeakValueDictionary()
+_shared: Shared[bytes, TriangleScene] = Shared()
 
 SKIN = 2e-4
 """A ray that leaves a surface within this distance of its origin, in units of the scene, started on that surface and
@@ -123,11 +124,7 @@ def shared_scene(vertices: np.ndarray, triangles: np.ndarray) -> TriangleScene:
     digest = hashlib.sha256(len(vertices).to_bytes(8, "little"))  # faster than blake2b, where processors help
     digest.update(np.ascontiguousarray(vertices, np.float32).data)
     digest.update(np.ascontiguousarray(triangles, np.uint32).data)
-    key = digest.digest()
-    known = _shared.get(key)
-    if known is None:
-        known = _shared[key] = TriangleScene(vertices, triangles)
-    return known
+    return _shared.of(digest.digest(), lambda: TriangleScene(vertices, triangles))
 
 
 def _forget() -> None:
