@@ -20,6 +20,7 @@ from graph.session.varied import Varied, read_varied, word_of
 
 from .measuring import parsed
 from .points import FILE, JOIN, check_key, check_value, read_table
+from .table import TAKEN, taken
 
 FIRST = "campaign"
 VERSION = 1
@@ -168,6 +169,8 @@ def read_campaign(path: Path, allow: Sequence[Path] = ()) -> Asked:
             wrong(("points",), f"points: {error}")
         except UserError as error:
             problems += error.problems
+    for name in taken(form.metrics, [*form.vary, *(key for row in rows for key in row)]):
+        wrong(("metrics", name), f"metrics: {name}: {TAKEN}")
     if problems:
         raise UserError(problems)
     fixed = {key: word_of(value) for key, value in form.fixed.items()}

@@ -8,7 +8,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +16,14 @@ from graph.base.outputs import replacing, write
 
 from .folder import Folder
 from .measuring import metrics_of
+from .points import FILE
 from .specification import Campaign
 
 CSV, COSTS, PARQUET = "campaign.csv", "campaign_costs.csv", "campaign.parquet"
 MISSING = "missing"
 RUN, STATUS, EXIT, ATTEMPTS, WHY = "run", "status", "exit", "attempts", "why"
+TAKEN = "the table has a column of this name; choose another"
+FIRST = (RUN, STATUS, EXIT, ATTEMPTS, WHY)
 _COUNTS = ("updates", "physics_steps", "simulation_time")
 _OF_SENSOR, _OF_TOPIC = ("frames", "missed", "elements"), ("messages",)
 
@@ -38,9 +41,15 @@ def rows_of(campaign: Campaign, folder: Folder) -> list[Row]:
             rows.append({**row, STATUS: MISSING, EXIT: None, ATTEMPTS: 0, WHY: ""})
             continue
         row |= {key: result[key] for key in (STATUS, EXIT, ATTEMPTS, WHY)}
-        report = folder.report(name)
-        rows.append({**row, **metrics_of(folder.root / "runs" / name), **dict(_counts(report))})
+        found = metrics_of(folder.root / "runs" / name).items()
+        metrics = {f"metric.{one}" if one in row else one: value for one, value in found}
+        rows.append({**row, **metrics, **{**dict(_counts(folder.report(name))), **metrics}})
     return rows
+
+
+def taken(metrics: Iterable[str], keys: Iterable[str]) -> list[str]:
+    """The names of metrics that other columns of a table have, whose points set these keys."""
+    return sorted({*FIRST, FILE, *keys}.intersection(metrics))
 
 
 def columns_of(campaign: Campaign, rows: Sequence[Row]) -> list[str]:

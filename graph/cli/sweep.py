@@ -272,7 +272,7 @@ def _progress(args: argparse.Namespace, campaign: Campaign) -> Iterator[Callable
 
     if args.json or not sys.stderr.isatty():
         began = time.monotonic()
-        shown = [0.0]
+        shown = [began]
 
         def line(state: State) -> None:
             if text := failed(state):

@@ -41,6 +41,7 @@ def _asked(args: argparse.Namespace) -> Asked:
     from graph.campaign.file import Asked, is_campaign, read_campaign
     from graph.campaign.measuring import parsed
     from graph.campaign.points import FILE, check_key, check_value, read_table
+    from graph.campaign.table import TAKEN, taken
     from graph.session.varied import read_varied
 
     of_file = [file for file in args.files if file.is_file() and is_campaign(file)]
@@ -75,6 +76,8 @@ def _asked(args: argparse.Namespace) -> Asked:
         try:
             if not equals or not name:
                 raise ValueError("write it as NAME=EXPR")
+            if name in metrics:
+                raise ValueError("the metric is given twice; name one of them differently")
             parsed(text)
             metrics[name] = text
         except ValueError as error:
@@ -87,6 +90,8 @@ def _asked(args: argparse.Namespace) -> Asked:
                 problems.append(Problem(f"--points {args.points} names its own files; give no other FILE"))
         except UserError as error:
             problems += error.problems
+    named = taken(metrics, [*varied, *(key for row in rows for key in row)])
+    problems += [Problem(f"--metric {name}: {TAKEN}") for name in named]
     clash = {key for row in rows for key in row if key in varied}
     problems += [Problem(f"--points: {key} is varied too; leave it out of one of them") for key in sorted(clash)]
     files = (*dict.fromkeys([*files, *(row[FILE] for row in rows if FILE in row)]),)

@@ -9,14 +9,12 @@ import json
 import random
 import re
 import shutil
-import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 from mcap.reader import make_reader
 
-from tests.support.places import ROOT
+from tests.support.disks import in_a_disk
 
 GRAPH = """
 tickgraph: 1
@@ -39,13 +37,6 @@ graphs:
       - product.execOut -> cloud.execIn
       - product.renderProductPath -> cloud.renderProductPath
 """
-
-
-def in_a_disk(size: int, folder: Path, script: str) -> subprocess.CompletedProcess[str]:
-    """Runs a shell script in the repository's root with a tmpfs of `size` bytes at `folder`."""
-    mounted = f"mkdir -p {folder} && mount -t tmpfs -o size={size} none {folder} && cd {ROOT} && {script}"
-    command = ["unshare", "--user", "--map-root-user", "--mount", "sh", "-c", mounted]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
 @pytest.fixture

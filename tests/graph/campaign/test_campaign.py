@@ -188,3 +188,39 @@ def test_a_server_that_is_killed_loses_no_run(files, tmp_path):
     results = [json.loads((tmp_path / f"runs/000{number}/result.json").read_text()) for number in range(3)]
     assert [one["status"] for one in results] == ["ok"] * 3
     assert killed
+
+
+@pytest.mark.parametrize(
+    ("options", "problem"),
+    [
+        (("--metric", "run=1"), "--metric run: the table has a column of this name; choose another"),
+        (("--metric", "seed=1"), "--metric seed: the table has a column of this name; choose another"),
+        (
+            ("--metric", "a=1", "--metric", "a=2"),
+            "--metric a=2: the metric is given twice; name one of them differently",
+        ),
+        (("--jobs", "0"), "--jobs 0: give a number of runs, 1 or more"),
+        (("--memory", "0"), "--memory 0: give bytes, such as 4G or 500M"),
+        (("--retries", "-1"), "--retries -1: give a number, 0 or more"),
+        (("--vary", "seed=2"), "--vary seed=2: the key is varied twice; give all its values in one --vary"),
+        (("--vary", "speed.value=5..1"), "--vary speed.value=5..1: 5..1 is not a range"),
+        (("--vary", "speed.value="), "--vary speed.value=: write it as KEY=V1,V2,..."),
+    ],
+)
+def test_options_that_cannot_be_are_refused_before_a_run_is_made(files, tmp_path, capsys, options, problem):
+    assert sweep(files, tmp_path / "c", *FOUR, *options) == 2
+    assert capsys.readouterr().err.startswith(f"graph: {problem}")
+    assert not (tmp_path / "c").exists()
+
+
+def test_a_metric_of_a_node_keeps_its_name_beside_a_column_that_has_it(files, tmp_path):
+    """`example.Metric` writes `seed` and `updates`: the key varied stays, what the report counts does not."""
+    text = (files / "clock.yaml").read_text()
+    file = tmp_path / "named.yaml"
+    for name in ("seed", "updates"):
+        file.write_text(text.replace("inputs: {name: speed}", f"inputs: {{name: {name}}}"))
+        arguments = ["sweep", str(file), "--nodes", str(files / "act.py"), "--vary", "seed=3", "--updates", "2"]
+        assert main([*arguments, "--out", str(tmp_path / name)]) == 0
+    (seed,), (updates,) = rows(tmp_path / "seed"), rows(tmp_path / "updates")
+    assert (seed["seed"], seed["metric.seed"]) == ("3", seed["randomized.speed.value"])
+    assert updates["updates"] == updates["randomized.speed.value"]

@@ -101,6 +101,8 @@ def test_a_campaign_file_and_the_options_that_say_the_same_make_the_same_table(p
         ("updates: 3", "updates: x", "8:18: fixed: updates: x is not a whole number"),
         ("updates: 3", "updates: null", "8:18: fixed.updates must be values such as 1,2,5"),
         ("count(topic('clock'))", "count(", "10:10: metrics.ticks: this is not an expression"),
+        ("one: 1", "run: 1", "11:8: metrics: run: the table has a column of this name; choose another"),
+        ("one: 1", "duration: 1", "11:13: metrics: duration: the table has a column of this name"),
         ("one: 1", "one: [1]", "11:8: metrics.one must be an expression, found a list"),
         ("vary_seed: 4", "vary_seed: x", '12:12: vary_seed must be a whole number, found text "x"'),
         ("clock.yaml]", "clock.yaml", "2:8: the [ that opens here is not closed; add a ]"),
