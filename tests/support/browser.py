@@ -70,11 +70,13 @@ def browse(file, folder, width=1400, height=4000, dark=False):
         try:
             told = next(line for line in browser.stderr if "DevTools listening" in line)
             port = re.search(r"ws://127\.0\.0\.1:(\d+)/", told)[1]
-            with connect(f"ws://127.0.0.1:{port}{re.search(r'(/devtools/browser/.*)', told)[1]}") as control:
+            browser_address = f"ws://127.0.0.1:{port}{re.search(r'(/devtools/browser/.*)', told)[1]}"
+            with connect(browser_address, open_timeout=PATIENCE) as control:
                 control.send(json.dumps({"id": 1, "method": "Target.getTargets"}))
                 targets = json.loads(control.recv())["result"]["targetInfos"]
                 (target,) = (one["targetId"] for one in targets if one["type"] == "page")
-                with connect(f"ws://127.0.0.1:{port}/devtools/page/{target}", max_size=None) as socket:
+                page_address = f"ws://127.0.0.1:{port}/devtools/page/{target}"
+                with connect(page_address, open_timeout=PATIENCE, max_size=None) as socket:
                     page = Page(socket)
                     for domain in ("Page", "Runtime", "Network", "Log"):
                         page.call(f"{domain}.enable")
