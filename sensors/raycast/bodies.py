@@ -18,7 +18,7 @@ from .near import NEAR_RAD, Moving, NearMeshes
 from .nearest import Nearest
 from .places import Pairs, Places, windows
 from .rays import COMMON, RayBundle, Spots
-from .triangles import TriangleScene
+from .triangles import shared_scene
 
 PITCH = 4.0
 """Distance between the cells' centres, in radii of their content: outside one sphere, a ray is not yet in the next."""
@@ -87,7 +87,7 @@ class MovingMeshes:
             start, count = start + len(mesh.vertices), count + len(mesh.triangles)
         self._begins = np.array([begins[entry.mesh.unique_key] for entry in moving], np.uint32)
         self._counts = np.array([len(entry.mesh.triangles) for entry in moving], np.uint32)
-        self._scene = TriangleScene(np.concatenate(vertices), np.concatenate(triangles))
+        self._scene = shared_scene(np.concatenate(vertices), np.concatenate(triangles))
 
     def cast_together(
         self, rays: RayBundle, kept: np.ndarray, anchor: np.ndarray, poses: np.ndarray, threads: int, nearest: Nearest

@@ -258,7 +258,7 @@ def _browse(page: str) -> int:
     from tests.support.browser import browse
 
     with (
-        tempfile.TemporaryDirectory(dir=".") as profile,
+        tempfile.TemporaryDirectory(dir=".", ignore_cleanup_errors=True) as profile,
         browse(os.path.abspath(page), os.path.abspath(profile)) as shown,
     ):
         wrong = [*shown.complaints(), *shown.requests()]

@@ -146,19 +146,20 @@ def test_runs_their_server_and_the_campaign_are_killed(clock, number, undisturbe
     out = tmp_path / "c"
     deaths = dict.fromkeys(("run", "server", "campaign"), 0)
 
+    seen = [0]
+
     def hurt(campaign):
         servers = children(campaign.process.pid)
         runs = [run for server in servers for run in children(server)]
-        share = random.random()
-        if share < 0.1:
-            what, found = "campaign", [campaign.process.pid]
-        elif share < 0.25:
-            what, found = "server", servers
-        else:
-            what, found = "run", runs
-        if found:
-            killed(random.choice(found))
-            deaths[what] += 1
+        if not runs or random.random() < 0.5:
+            return
+        what, found = "run", runs
+        if len(campaign.kept) >= seen[0] + max(3, number // 12):
+            seen[0] = len(campaign.kept)
+            what = random.choice(("server", "campaign"))
+            found = servers if what == "server" else [campaign.process.pid]
+        killed(random.choice(found))
+        deaths[what] += 1
         if what == "campaign":
             campaign.process.wait()
 
