@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import sys
+import weakref
 
 import pytest
 
@@ -34,12 +35,14 @@ def test_structures_are_shared_and_freed_with_the_last_app():
     gc.collect()
     none = alive()
     first = played()
+    known = weakref.ref(first)
     one = alive() - none
     second = played()
     assert alive() - none < 2 * one
     first.close()
     del first
     gc.collect()
+    assert known() is None
     assert alive() - none == one
     second.close()
     del second
