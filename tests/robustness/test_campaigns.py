@@ -151,7 +151,7 @@ def test_runs_their_server_and_the_campaign_are_killed(clock, number, undisturbe
     def hurt(campaign):
         servers = children(campaign.process.pid)
         runs = [run for server in servers for run in children(server)]
-        if not runs or random.random() < 0.5:
+        if not runs or deaths["run"] > 1 + len(campaign.kept) / 3:
             return
         what, found = "run", runs
         if len(campaign.kept) >= seen[0] + max(3, number // 12):
