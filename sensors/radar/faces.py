@@ -235,7 +235,8 @@ def _ranks(keys: np.ndarray) -> np.ndarray:
     groups = Groups(keys)
     rank = np.empty(len(groups), np.intp)
     rank[np.argsort(groups.keys)] = np.arange(len(groups))
-    return rank[groups.which]
+    ranks: np.ndarray = rank[groups.which]
+    return ranks
 
 
 def hashed(rows: np.ndarray) -> np.ndarray:
