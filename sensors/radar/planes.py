@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from hashlib import sha256
 from typing import NamedTuple
 
 import numpy as np
 
+from graph.base.sharing import Shared
 from graph.sim.geometry.surfaces import Mesh, Plane
 from sensors.compiled import compiled, inlined
 from sensors.raycast.rays import NO_SURFACE, Hits
@@ -51,6 +53,66 @@ class Curves(NamedTuple):
     reach: np.ndarray
 
 
+class Joined:
+    """The planes of surfaces, numbered through all of them, in the axes of their bodies; one more for nothing.
+
+    first, triangles: (s + 1,), the first plane and the first triangle of each surface. of_triangle: the plane of each
+    triangle. The rest as in `WorldPlanes`.
+    """
+
+    def __init__(self, faces: Sequence[Faces], body_of: np.ndarray) -> None:
+        counts = [len(each.normal) for each in faces]
+        self.first = np.cumsum([0, *counts])
+        self.triangles = np.cumsum([0, *(len(each.of_triangle) for each in faces)])
+        of_triangle = [first + each.of_triangle for first, each in zip(self.first, faces, strict=False)]
+        self.of_triangle = np.concatenate(of_triangle or [np.zeros(0)]).astype(np.int64)
+        nothing = _endless(np.zeros((1, 3)), np.zeros((1, 3)))
+
+        def of_all(name: str) -> np.ndarray:
+            return np.concatenate([getattr(each, name) for each in (*faces, nothing)])
+
+        self.normal, self.offset, self.curved = of_all("normal"), of_all("offset"), of_all("curved")
+        self.surface = np.append(np.repeat(np.arange(len(faces), dtype=np.int32), counts), np.int32(NO_SURFACE))
+        self.body = np.append(body_of[self.surface[:-1]] if len(faces) else [], -1).astype(np.int64)
+        low, high = of_all("low")[:-1], of_all("high")[:-1]
+        self.patch = patches(self.normal[:-1], self.offset[:-1], self.body[:-1], low, high)
+        self.key = np.append(plane_keys(self.patch), np.uint64(0))
+        self.any_curved = bool(self.curved.any())
+        self._shapes = [of_all(name) for name in ("middle", "axes", "extent", "bend", "spread")]
+        self._curves: dict[float, Curves] = {}
+
+    def curves(self, wavelength: float) -> Curves:
+        """The planes as pieces of curved surfaces.
+
+        Where a face is so small that it and its neighbours are one to the wave, of size e and turn t with e t below
+        wavelength / 2, sqrt(wavelength / (2 e t)) of them make up a Fresnel zone and diffract together.
+        """
+        if wavelength not in self._curves:
+            middle, axes, extent, bend, spread = self._shapes
+            lobes, straight, reach = (np.zeros((len(spread), *shape)) for shape in ((2, 2), (2,), (3,)))
+            found = Curves(middle, axes, extent, bend, lobes, straight, reach)
+            _widen(wavelength, self.curved, spread, found)
+            self._curves[wavelength] = found
+        return self._curves[wavelength]
+
+
+_shared: Shared[bytes, Joined] = Shared()
+
+
+def joined(faces: Sequence[Faces], body_of: np.ndarray) -> Joined:
+    """The planes of surfaces, faces (s,), that bodies (s,) carry: those of another App of this process if it has them.
+
+    They are the same if all bytes are.
+    """
+    digest = sha256(np.asarray(body_of, np.int64).tobytes())
+    for each in faces:
+        for name in Faces.__slots__:
+            array = np.ascontiguousarray(getattr(each, name))
+            digest.update(str(array.shape).encode())
+            digest.update(array.data)
+    return _shared.of(digest.digest(), lambda: Joined(faces, body_of))
+
+
 class WorldPlanes:
     """The planes of a cast world, numbered through all surfaces, in the axes of their bodies; one more for nothing.
 
@@ -60,42 +122,15 @@ class WorldPlanes:
 
     def __init__(self, world: CastWorld) -> None:
         self._world = world
-        faces = _faces_of(world.surfaces)
-        counts = [len(each.normal) for each in faces]
-        self._first = np.cumsum([0, *counts])
-        self._faces = faces
-        self._triangles = np.cumsum([0, *(len(each.of_triangle) for each in faces)])
+        self._faces = _faces_of(world.surfaces)
+        self._joined = known = joined(self._faces, world.body_of[: len(self._faces)])
+        self.normal, self.offset, self.curved = known.normal, known.offset, known.curved
+        self.surface, self.body, self.patch, self.key = known.surface, known.body, known.patch, known.key
+        self.any_curved, self.curves = known.any_curved, known.curves
         rigid = (world.body_of >= 0) & ~world.deforming[: len(world.body_of)]
-        self._begins = np.where(rigid, self._triangles[: len(rigid)], -1)
-        of_triangle = [first + each.of_triangle for first, each in zip(self._first, faces, strict=False)]
-        self._of_triangle = np.concatenate(of_triangle or [np.zeros(0)]).astype(np.int64)
-        nothing = _endless(np.zeros((1, 3)), np.zeros((1, 3)))
-
-        def joined(name: str) -> np.ndarray:
-            return np.concatenate([getattr(each, name) for each in (*faces, nothing)])
-
-        self.normal, self.offset, self.curved = joined("normal"), joined("offset"), joined("curved")
-        self.surface = np.append(np.repeat(np.arange(len(faces), dtype=np.int32), counts), np.int32(NO_SURFACE))
-        self.body = np.append(world.body_of[self.surface[:-1]] if len(faces) else [], -1).astype(np.int64)
-        low, high = joined("low")[:-1], joined("high")[:-1]
-        self.patch = patches(self.normal[:-1], self.offset[:-1], self.body[:-1], low, high)
-        self.key = np.append(plane_keys(self.patch), np.uint64(0))
-        self.any_curved = bool(self.curved.any())
-        self._shapes = [joined(name) for name in ("middle", "axes", "extent", "bend", "spread")]
+        self._begins = np.where(rigid, known.triangles[: len(rigid)], -1)
         self._numbers: tuple[np.ndarray, np.ndarray] | None = None
         self._seen: dict[frozenset[str], np.ndarray] = {}
-
-    def curves(self, wavelength: float) -> Curves:
-        """The planes as pieces of curved surfaces.
-
-        Where a face is so small that it and its neighbours are one to the wave, of size e and turn t with e t below
-        wavelength / 2, sqrt(wavelength / (2 e t)) of them make up a Fresnel zone and diffract together.
-        """
-        middle, axes, extent, bend, spread = self._shapes
-        lobes, straight, reach = (np.zeros((len(spread), *shape)) for shape in ((2, 2), (2,), (3,)))
-        found = Curves(middle, axes, extent, bend, lobes, straight, reach)
-        _widen(wavelength, self.curved, spread, found)
-        return found
 
     def bodies_seen(self, exclude: frozenset[str]) -> np.ndarray:
         """The numbers (m,) of the bodies that carry anything that is not excluded."""
@@ -117,7 +152,7 @@ class WorldPlanes:
         found = np.empty(len(number), np.int32)
         triangle = number if hits.spots is None else hits.spots.triangle[rows]
         begins = self._begins if hits.spots is not None else np.full_like(self._begins, -1)
-        _look_up(self._table(hits), number, found, hits.surface_of, triangle, begins, self._of_triangle)
+        _look_up(self._table(hits), number, found, hits.surface_of, triangle, begins, self._joined.of_triangle)
         return found
 
     def _table(self, hits: Hits) -> np.ndarray:
@@ -126,11 +161,11 @@ class WorldPlanes:
             surfaces = self._world.surfaces
             static = len(hits.surface_of) - len(surfaces) - 1
             parts = [
-                self._first[number] + self._faces[number].of_triangle
+                self._joined.first[number] + self._faces[number].of_triangle
                 for number in np.unique(hits.surface_of[:static]).tolist()
             ]
             single = [
-                int(self._first[number]) if isinstance(surface, Plane) else NO_PLANE
+                int(self._joined.first[number]) if isinstance(surface, Plane) else NO_PLANE
                 for number, surface in enumerate(surfaces)
             ]
             table = np.concatenate([*parts, np.array([*single, NO_PLANE])]).astype(np.int32)

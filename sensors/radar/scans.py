@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Hashable
+from threading import Lock
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from graph.base.sharing import Shared
 from graph.sim.geometry.surfaces import Mesh
 from graph.sim.renderer.schedule import Tick
 from graph.sim.transforms import apply, transformed
@@ -40,30 +42,47 @@ KEPT_CUBES = 4
 """Cycles, by their unambiguous velocities, whose cubes are kept of each scan while nothing moves."""
 
 
-@dataclass(slots=True)
+class FanRays:
+    """The rays of a scan in the sensor frame, for all radars of this process that have it.
+
+    count: how many. tubes: theirs, and room after them for finer ones, which each frame fills while it holds the lock.
+    steps: of the directions.
+    """
+
+    def __init__(self, scan: ScanConfig, sampling: Sampling, antenna: Antenna) -> None:
+        across, up = scan.grid(sampling.rays)
+        limit, (low, high), self.count = scan.azimuth_limit, scan.elevations, across * up
+        self.tubes = Tubes.room(self.count + self.count // sampling.share)
+        tubes = self.tubes.part(0, self.count)
+        fill(tubes, (-limit, limit), scan.elevations, across, antenna, stride=sampling.stride)
+        tubes.angle[:] = Grid.of(scan, 0).angles(tubes.azimuth, tubes.elevation)
+        self.grid = RayGrid(tubes.directions.T)
+        self.steps = Steps(across, up, -limit, 2 * limit / across, low, (high - low) / up)
+        self.lock = Lock()
+
+
+_shared: Shared[Hashable, FanRays] = Shared()
+
+
 class _Fan:
     """The n rays of a scan, ready to cast.
 
-    tubes: theirs, and room for finer ones after them. table: (n, 6) float32 and columns: (3, n), as those of a
-    `RayBundle`, in the world's axes. steps: of the directions. cubes: what they brought back while nothing moved since
-    the state `standing`.
+    rays: theirs in the sensor frame. table: (n, 6) float32 and columns: (3, n), as those of a `RayBundle`, in the
+    world's axes. cubes: what they brought back while nothing moved since the state `standing`.
     """
 
-    tubes: Tubes
-    table: np.ndarray
-    columns: np.ndarray
-    grid: RayGrid
-    memory: RayMemory
-    steps: Steps
-    turned_by: bytes = b""
-    standing: tuple[Any, ...] | None = None
-    cubes: dict[Grid, Cube] = field(default_factory=dict)
+    def __init__(self, rays: FanRays) -> None:
+        self.rays, self.grid, self.memory = rays, rays.grid, RayMemory()
+        self.table, self.columns = np.zeros((rays.count, 6), np.float32), np.zeros((3, rays.count), np.float32)
+        self.turned_by = b""
+        self.standing: tuple[Any, ...] | None = None
+        self.cubes: dict[Grid, Cube] = {}
 
     def turn(self, rotation: np.ndarray) -> None:
         """Points the rays as the sensor is turned."""
         key = rotation.tobytes()
         if key != self.turned_by:
-            turn(self.tubes.directions[:, : len(self.table)], rotation, self.columns, self.table)
+            turn(self.rays.tubes.directions[:, : self.rays.count], rotation, self.columns, self.table)
             self.turned_by = key
             self.grid = self.grid.turned(rotation)
             self.memory.forget()
@@ -120,7 +139,8 @@ class Scans(Model["RadarRuntime"]):
             fan.standing = standing
             fan.cubes.clear()
         if grid not in fan.cubes:
-            fan.cubes[grid] = self._received(setting, scan, fan, grid)
+            with fan.rays.lock:
+                fan.cubes[grid] = self._received(setting, scan, fan, grid)
         return fan.cubes[grid]
 
     def _received(self, setting: Setting, scan: ScanConfig, fan: _Fan, grid: Grid) -> Cube:
@@ -132,17 +152,17 @@ class Scans(Model["RadarRuntime"]):
             columns=fan.columns,
             memory=fan.memory,
         )
-        tracer = Tracer(setting, grid, fan.steps if self._sampling.neighbours else None)
+        tracer = Tracer(setting, grid, fan.rays.steps if self._sampling.neighbours else None)
         beams = [tracer.beam(0, bundle, skip=small)]
         if owner is not None:
             first = len(fan.table)
-            close = fan.tubes.part(first, first + len(owner))
+            close = fan.rays.tubes.part(first, first + len(owner))
             close.angle[:] = grid.angles(close.azimuth, close.elevation)
             columns, table = np.empty((3, len(owner)), np.float32), np.empty((len(owner), 6), np.float32)
             turn(close.directions, rotation, columns, table)
             bundle = RayBundle(origin, table, exclude=self._exclude, reach=setting.seen, columns=columns)
             beams.append(tracer.beam(first, bundle, skip=np.zeros_like(small), owner=owner))
-        return merged(grid, tracer.parts(fan.tubes, beams))
+        return merged(grid, tracer.parts(fan.rays.tubes, beams))
 
     def _standing(self, setting: Setting) -> tuple[Any, ...] | None:
         """What decides what comes back: equal where nothing moved; None where surfaces deform."""
@@ -186,22 +206,9 @@ class Scans(Model["RadarRuntime"]):
 
     def _fan(self, number: int) -> _Fan:
         if number not in self._fans:
-            scan = self._config.scans[number]
-            across, up = scan.grid(self._sampling.rays)
-            limit, (low, high) = scan.azimuth_limit, scan.elevations
-            count = across * up
-            room = Tubes.room(count + count // self._sampling.share)
-            tubes = room.part(0, count)
-            fill(tubes, (-limit, limit), scan.elevations, across, self._antenna(scan), stride=self._sampling.stride)
-            tubes.angle[:] = Grid.of(scan, 0).angles(tubes.azimuth, tubes.elevation)
-            self._fans[number] = _Fan(
-                room,
-                np.zeros((count, 6), np.float32),
-                np.zeros((3, count), np.float32),
-                RayGrid(tubes.directions.T),
-                RayMemory(),
-                Steps(across, up, -limit, 2 * limit / across, low, (high - low) / up),
-            )
+            scan, sampling = self._config.scans[number], self._sampling
+            key = scan, sampling, self._config.antenna_gain_mode
+            self._fans[number] = _Fan(_shared.of(key, lambda: FanRays(scan, sampling, self._antenna(scan))))
         return self._fans[number]
 
     def _close_looks(self, setting: Setting, scan: ScanConfig, fan: _Fan) -> tuple[np.ndarray | None, np.ndarray]:
@@ -221,8 +228,8 @@ class Scans(Model["RadarRuntime"]):
             pose = bodies[body[moving]]
             local[moving] = np.einsum("sij,scj->sci", pose[:, :3, :3], boxes[moving]) + pose[:, None, :3, 3]
         corners = apply(setting.pose[:3, :3].T, local - setting.pose[:3, 3])
-        found = windows(corners, scan.azimuth_limit, scan.elevations, fan.steps.wide, setting.reach)
-        owner = finer(found, fan.tubes, len(fan.table), setting.antenna, self._sampling.share)
+        found = windows(corners, scan.azimuth_limit, scan.elevations, fan.rays.steps.wide, setting.reach)
+        owner = finer(found, fan.rays.tubes, len(fan.table), setting.antenna, self._sampling.share)
         if owner is not None:
             small[owner] = True
         return owner, small

@@ -51,7 +51,7 @@ def measure(quick: bool) -> Iterator[Row]:
     yield Row(
         "1000 runs of 1 to 3 s on 64 cores, simulated: throughput / 64 cores", simulated(1000, 64), 0.9, best="most"
     )
-    yield Row(f"memory of each further App of the {name} in a process", further_app_mb(scene), 75.0, "MB")
+    yield Row(f"memory of each further App of the {name} in a process", further_app_mb(scene), 40.0, "MB")
 
 
 def python(program: str, *arguments: str) -> str:
