@@ -214,7 +214,9 @@ def apply(matrix: NDArray[Any], vectors: NDArray[Any], *, axis: int = -1) -> NDA
     shape = [*vectors.shape]
     shape[axis] = len(matrix)
     out = np.empty(shape, np.result_type(matrix, vectors))
-    for one, factors in zip(np.moveaxis(out, axis, 0), matrix, strict=True):
+    rows = np.moveaxis(out, axis, 0)
+    for number, factors in enumerate(matrix):
+        one = rows[number, ...]  # an array even where there is one vector
         np.multiply(parts[0], factors[0], out=one)
         for part, factor in zip(parts[1:], factors[1:], strict=True):
             one += part * factor

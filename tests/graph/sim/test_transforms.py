@@ -188,3 +188,7 @@ def test_a_matrix_times_many_vectors_takes_no_other_thread():
 
 def test_vectors_of_single_precision_stay_so():
     assert apply(np.eye(3, dtype=np.float32), np.ones((2, 3), np.float32)).dtype == np.float32
+
+
+def test_one_vector_is_turned_as_many_are():
+    assert apply(np.array([[0.0, -1.0], [1.0, 0.0]]), np.array([2.0, 3.0])).tolist() == [-3.0, 2.0]
