@@ -38,12 +38,13 @@ def measure(quick: bool) -> Iterator[Row]:
         yield Row("graph run graphs/quickstart.yaml --updates 60", run, 4.0, "s")
         help_ = statistics.median(seconds(lambda: python(ready, "-m", "graph", "--help")) for _ in range(rounds))
         yield Row("graph --help", help_, None, "s")
-    yield from first_runs(quick)
+    if not quick:
+        yield from first_runs()
 
 
-def first_runs(quick: bool) -> Iterator[Row]:
+def first_runs() -> Iterator[Row]:
     """Processor seconds of a first run beyond one that compiles nothing: on a machine, and in a second clone."""
-    for name, bound in (("lidar_point_cloud", 5.0), *(() if quick else (("yard", 15.0),))):
+    for name, bound in (("lidar_point_cloud", 5.0), ("yard", 15.0)):
         command = ("-m", "graph", "run", str(ROOT / "graphs" / f"{name}.yaml"), "--updates", "24")
         with packages(compiled=True) as first, packages(compiled=True) as second, TemporaryDirectory() as cache:
             cold = processor_seconds(first, cache, *command)

@@ -32,6 +32,7 @@ def main() -> int:
     how = parser.add_mutually_exclusive_group()
     how.add_argument("--quick", action="store_true", help="fewer repetitions: does it run at all? nothing is stored")
     how.add_argument("--keep", action="store_true", help="show these values in the manual and in README")
+    parser.add_argument("--half", type=int, choices=(1, 2), help="every second one, from the first or the second on")
     parser.add_argument("--json", action="store_true", help="print the rows as JSON instead of tables")
     args = parser.parse_args()
     unknown = sorted(set(args.names) - set(names))
@@ -40,7 +41,8 @@ def main() -> int:
 
     before = record.before()
     results: dict[str, list[Row]] = {}
-    for name in args.names or names:
+    chosen = args.names or names
+    for name in chosen[args.half - 1 :: 2] if args.half else chosen:
         bench = importlib.import_module(f"bench_{name}")
         if not args.json:
             print(f"\n{bench.TITLE}")
