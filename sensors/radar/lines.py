@@ -28,7 +28,8 @@ FAINT = 1e-3
 def line(zones: np.ndarray, turns: np.ndarray) -> np.ndarray:
     """What lines send, (n,), of what they would in phase; zones: (n,) q, turns: (n,) u."""
     found = np.empty(len(zones))
-    _line(zones, turns, found)
+    # A single line's arrays would be contiguous, several lines' not: one form of the loop serves both.
+    _line(np.ascontiguousarray(zones), np.ascontiguousarray(turns), found)
     return found
 
 
