@@ -52,7 +52,7 @@ def _ends(link: ConnectionSpec) -> tuple[str, str]:
 def _same_settings(before: GraphSpec, now: GraphSpec) -> bool:
     names = ("evaluator", "pipeline_stage", "evaluation_mode", "saved", "unfinished")
     same = all(getattr(before, name) == getattr(now, name) for name in names)
-    held = all(getattr(before, name) is getattr(now, name) or not getattr(now, name) for name in ("instances",))
+    held = before.instances is now.instances or not now.instances
     return same and held and _same(before.variables, now.variables)
 
 
