@@ -40,6 +40,16 @@ class Candidates:
         return Candidates(*(np.take(getattr(self, name), rows, axis=0, mode="clip") for name in Candidates.__slots__))
 
 
+MISS = Candidates(
+    np.zeros(1, np.intp),
+    np.zeros(1, np.float32),
+    np.zeros(1, np.float32),
+    np.zeros((1, 3), np.float32),
+    np.full(1, NO_SURFACE, np.int32),
+)
+"""A ray without a hit."""
+
+
 def form_echoes(hits: Candidates, *, separation: float, least: float, most: int) -> Candidates:
     """The echoes of beams, ordered by beam, then from near to far.
 
@@ -90,21 +100,6 @@ def _brightest(energy: np.ndarray, echo: np.ndarray, start: np.ndarray) -> np.nd
 def echo_ids(beam: np.ndarray) -> np.ndarray:
     """(n,) uint8: 0 for the first return of each beam, then 1 ...; `beam` (n,) is ascending."""
     return _places(beam)[0].astype(np.uint8)
-
-
-def with_dark_beams(echoes: Candidates, beams: int) -> Candidates:
-    """The echoes and, for each of `beams` without an echo, one with no light at distance 0."""
-    dark = np.setdiff1d(np.arange(beams), echoes.beam)
-    number = len(dark)
-    empty = Candidates(
-        dark,
-        np.zeros(number, np.float32),
-        np.zeros(number, np.float32),
-        np.zeros((number, 3), np.float32),
-        np.full(number, NO_SURFACE, np.int32),
-    )
-    both = Candidates.joined([echoes, empty])
-    return both.at(np.argsort(both.beam, kind="stable"))
 
 
 def _chosen(beam: np.ndarray, energy: np.ndarray, most: int) -> np.ndarray:

@@ -41,11 +41,6 @@ class Receiver:
         self._least = np.float32(config.min_reflectance / reach**2) if reach > 0 else np.float32(0)
 
     @property
-    def detects(self) -> bool:
-        """Whether there is a threshold."""
-        return bool(self._least > 0)
-
-    @property
     def least(self) -> float:
         """The least detectable energy, in units of reflectance / range^2 [1/m^2]."""
         return float(self._least)
@@ -68,26 +63,22 @@ def returned(
     gates: tuple[np.ndarray, np.ndarray],
     optics: Optics | None,
     least: float = 0.0,
-    *,
-    every: bool = False,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray]:
     """Which rays have a return: their rows (k,), and its light, (k,) float32, 1 from a white diffuse surface along its
     normal.
 
     table: (n, 6) float32, its columns 3 to 5 the directions of the rays; ranges: (n,) float32 [m], as reported, which
     lie between the gates (n,) or (); least: the least energy that is detected. Without optics there is no light and no
-    threshold. every: all rows, and for each whether it is a return, (k,) bool.
+    threshold.
     """
     reflectance, retro = (_NONE, _NONE > 0) if optics is None else (optics.reflectance, optics.retro)
     rays = len(table)
-    rows, light, valid = np.empty(rays, np.intp), np.empty(rays, np.float32), np.empty(rays, np.bool_)
+    rows, light = np.empty(rays, np.intp), np.empty(rays, np.float32)
     near, far = map(np.atleast_1d, gates)
     normals = COMMON if hits.normals is None else hits.normals
     seen = table, normals, hits.distance, ranges, hits.number, hits.surface_of
-    count = _returned(
-        *seen, reflectance, retro, np.float32(RETRO_GAIN), near, far, np.float32(least), every, rows, light, valid
-    )
-    return rows[:count], light[:count], valid[:count]
+    count = _returned(*seen, reflectance, retro, np.float32(RETRO_GAIN), near, far, np.float32(least), rows, light)
+    return rows[:count], light[:count]
 
 
 _NONE = np.zeros(0, np.float32)
@@ -107,12 +98,10 @@ def _returned(
     near: np.ndarray,
     far: np.ndarray,
     least: np.float32,
-    every: bool,
     rows: np.ndarray,
     light: np.ndarray,
-    valid: np.ndarray,
 ) -> int:
-    """How many `rows`, each with its `light` and whether it is `valid`, it has written; see `returned`."""
+    """How many `rows`, each with its `light`, it has written; see `returned`."""
     count = 0
     for ray in range(len(table)):
         there = near[min(ray, len(near) - 1)] <= ranges[ray] <= far[min(ray, len(far) - 1)]
@@ -122,8 +111,8 @@ def _returned(
             surface = surface_of[min(number[ray], len(surface_of) - 1)]
             back = retro_gain if retro[surface] else abs(cosine) * reflectance[surface]
             there = not back < distance[ray] * distance[ray] * least
-        if there or every:
-            rows[count], light[count], valid[count] = ray, back, there
+        if there:
+            rows[count], light[count] = ray, back
             count += 1
     return count
 

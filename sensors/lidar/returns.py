@@ -17,6 +17,7 @@ from sensors.motion.velocities import Velocities
 from sensors.raycast.rays import COMMON, NO_SURFACE, Hits
 
 from .aim import Aim, RayPoses
+from .echoes import Candidates, echo_ids
 from .output import Output
 from .pattern import Pattern
 from .receiver import Receiver
@@ -64,6 +65,42 @@ class Shot:
         return self.spans or (Span(self.rows, self.pose, self.poses),)
 
 
+@dataclass(slots=True)
+class Met:
+    """What n rays meet, and the k returns among it.
+
+    distance: (n,) float32 [m], true and along the beams (those of `hits` are along rays, which may begin behind glass);
+    ranges: (n,) float32 [m], as reported. Of the returns: beam (k,), ascending, counted from the shot's first; at (k,),
+    their hits; light (k,) float32, relative to a whole beam on a white diffuse surface along its normal. dark: (k,)
+    bool, rows of beams without a return; None if these have no rows.
+    """
+
+    hits: Hits
+    distance: np.ndarray
+    ranges: np.ndarray
+    beam: np.ndarray
+    at: np.ndarray
+    light: np.ndarray
+    dark: np.ndarray | None = None
+
+    def candidates(self) -> Candidates:
+        """The returns, to be grouped."""
+        hits, at = self.hits, self.at
+        assert hits.normals is not None
+        normals = np.take(hits.normals, at, axis=0, mode="clip")
+        return Candidates(self.beam, np.take(self.distance, at, mode="clip"), self.light, normals, hits.surfaces(at))
+
+    def add_dark_beams(self, beams: int) -> None:
+        """Adds a row for each of `beams` beams without a return."""
+        without = np.flatnonzero(np.bincount(self.beam, minlength=beams) == 0)
+        returns, beam = len(self.beam), np.concatenate([self.beam, without])
+        order = np.argsort(beam, kind="stable")
+        self.beam, self.dark = beam[order], order >= returns
+        self.at, self.light = (
+            np.append(one, np.zeros_like(without, one.dtype))[order] for one in (self.at, self.light)
+        )
+
+
 class Returns:
     """The returns of one shot; each channel is a method, called only if the channel is requested."""
 
@@ -72,33 +109,21 @@ class Returns:
         *,
         pattern: Pattern,
         shot: Shot,
-        hits: Hits,
-        index: np.ndarray,
-        valid: np.ndarray | None,
+        met: Met,
         aim: Aim,
         output: Output,
         velocities: Velocities | None,
         tables: Mapping[str, SurfaceTable],
         receiver: Receiver | None = None,
-        reflected: np.ndarray | None = None,
-        at: np.ndarray | None = None,
-        echo: np.ndarray | None = None,
     ) -> None:
-        """The data from which channels are computed. index: rows that are kept, counted from the shot's first; valid:
-        which rows are returns, None if all kept ones are; aim: origins and directions of the rays; reflected: returned
-        light of each return; at: the hit of each return, if that is not its row; echo: ids.
-        """
-        self._pattern, self._shot, self._hits, self._index = pattern, shot, hits, index
-        self._rows = shot.rows
-        self._at = index if at is None else at
-        self._echo = echo
-        self._invalid = None if valid is None else ~valid
+        """The data from which channels are computed. aim: origins and directions of the rays."""
+        self._pattern, self._shot, self._hits, self._index = pattern, shot, met.hits, met.beam
+        self._rows, self._at, self._light, self._invalid = shot.rows, met.at, met.light, met.dark
         self._aim, self._output = aim, output
-        self._measure, self._tables = velocities, tables
-        self._receiver, self._reflected = receiver, reflected
+        self._measure, self._tables, self._receiver = velocities, tables, receiver
         self._beam_angles = output.is_sensor_frame and pattern.origins is None
         self._cached: dict[str, Any] = {}
-        self._range = np.take(hits.distance, self._at, mode="clip")
+        self._range = np.take(met.ranges, met.at, mode="clip")
         if self._invalid is not None:
             self._range[self._invalid] = 0.0
 
@@ -177,18 +202,20 @@ class Returns:
 
     def scalar(self) -> np.ndarray:
         """Intensities, as the receiver gives them."""
-        if self._receiver is None or self._reflected is None:
+        if self._receiver is None:
             return np.zeros(len(self._index), np.float32)
-        scalar = self._receiver.intensity(self._reflected, self._range)
+        scalar = self._receiver.intensity(self._light, self._range)
         if self._invalid is not None:
             scalar[self._invalid] = 0.0
         return scalar
 
     def hit_normals(self) -> np.ndarray:
-        """Unit normals towards the sensor, (k, 3)."""
+        """Unit normals towards the sensor, (k, 3); 0 without a return."""
         assert self._hits.normals is not None
         normals = np.take(self._hits.normals, self._at, axis=0, mode="clip")
         _face(normals, self._aim.table, self._index)
+        if self._invalid is not None:
+            normals[self._invalid] = 0.0
         return np.ascontiguousarray(self._output.vectors(normals, self._aim, self._index))
 
     def velocities(self) -> np.ndarray:
@@ -254,9 +281,7 @@ class Returns:
 
     def echo_id(self) -> np.ndarray:
         """0 for the first return of a beam, 1 for the second ..."""
-        if self._echo is not None:
-            return self._echo
-        return np.zeros(len(self._index), np.uint8)
+        return echo_ids(self._index)
 
 
 @compiled

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from itertools import pairwise
 
 import numpy as np
@@ -17,12 +17,12 @@ from sensors.surfaces.optics import Optics, optics_of
 
 from .aim import Aim, aim_rays, moving_aim, turned_back
 from .config import EmitterState, LidarConfig
-from .echoes import Candidates, SubRays, echo_ids, form_echoes, separation, with_dark_beams
+from .echoes import MISS, Candidates, SubRays, form_echoes, separation
 from .noise import Noise
 from .output import Output
 from .pattern import Pattern
 from .receiver import Receiver, returned
-from .returns import Returns, Shot, SurfaceTable
+from .returns import Met, Returns, Shot, SurfaceTable
 
 MOST_SURFACES = 8
 """Most surfaces that a ray meets; all but the last are transparent."""
@@ -94,7 +94,7 @@ class Scanner:
         self._velocities, self._tables = velocities, dict(tables or {})
         self._receiver, self._optics, self._noise = receiver, optics, noise
         self._config = config or LidarConfig(emitter_states=(EmitterState(np.zeros(1), np.zeros(1)),))
-        self._sub, self._echoing = SubRays(self._config, subrays), subrays > 1
+        self._sub = SubRays(self._config, 1 if receiver is None else subrays)
         count = len(pattern)
         self._columns = pattern.columns
         self._table = np.empty((count, 6), np.float32)
@@ -104,59 +104,97 @@ class Scanner:
         self._reach = float(pattern.far_m.max(initial=0.0)) * (1 + 1e-6) + margin
 
     def scan(self, shot: Shot, channels: frozenset[str]) -> dict[str, np.ndarray]:
-        """The requested channels, each with one row per return, in the order of the pattern. Always has "count"."""
-        optics = self._optics() if self._receiver is not None else None
-        if optics is not None and (self._echoing or optics.has_glass):
-            return self._all_echoes(shot, optics).arrays(channels)
-        return self._single_returns(shot, channels, optics).arrays(channels)
+        """The requested channels, each with one row per return, in the order of the pattern. Always has "count".
 
-    def _single_returns(self, shot: Shot, channels: frozenset[str], optics: Optics | None) -> Returns:
-        """One ray for each beam, with at most one return."""
-        receiver = self._receiver
-        lit = optics if receiver is not None and (receiver.detects or "scalar" in channels) else None
+        Whatever a ray meets passes the range error, the gates and the receiver. Only where a beam may meet several
+        surfaces, as it is several rays or passes glass, are they then grouped into echoes.
+        """
+        receiver, sub = self._receiver, self._sub
+        optics = None if receiver is None else self._optics()
+        several = optics is not None and (len(sub) > 1 or optics.has_glass)
+        least = 0.0 if receiver is None or several else receiver.least
+        if not (several or least > 0 or "scalar" in channels):
+            optics = None
+        normals = optics is not None or "hitNormals" in channels
         columns, origins, swing, exact = self._beams(shot)
-        aim = self._aim(shot, columns, origins, exact)
-        hits = self._cast(self._bundle(shot, aim, swing), shot, normals=lit is not None or "hitNormals" in channels)
-        ranges = hits.distance if self._noise is None else self._noise.measured(hits.distance, shot.rows, shot.turn)
-        index, light, valid = returned(
-            *(aim.table, hits, ranges, self._gates(shot.rows), lit, 0.0 if receiver is None else receiver.least),
-            every=self._keep_invalid,
-        )
-        hits.distance = ranges
-        reflected = None if lit is None else light
-        return self._returns(shot, hits, index, aim, reflected, valid if self._keep_invalid else None)
-
-    def _all_echoes(self, shot: Shot, optics: Optics) -> Returns:
-        """All hits of the sub-rays of beams, through glass too, grouped into echoes."""
-        assert self._receiver is not None
-        sub = self._sub
-        columns, origins, swing, exact = self._beams(shot)
-        found = []
+        met: list[Met] = []
         for number in range(len(sub)):
             beams = self._sub_beams(number, shot.rows) if exact else sub.directions(number, columns)
             aim = self._aim(shot, beams, origins, exact and len(sub) == 1)
-            found += self._through_glass(shot, aim, swing + sub.swing, optics, 1.0 / len(sub))
+            met += self._surfaces(shot, aim, swing + sub.swing, optics, least, normals=normals)
         if len(sub) > 1:
             aim = self._aim(shot, columns, origins, exact)
+        seen = self._echoes(met, shot) if several else met[0]
+        if self._keep_invalid:
+            seen.add_dark_beams(shot.rows.stop - shot.rows.start)
+        return Returns(
+            pattern=self.pattern,
+            shot=shot,
+            met=seen,
+            aim=aim,
+            output=Output(self._in_world, None if self._in_world else shot.common, self._custom),
+            velocities=self._velocities,
+            tables=self._tables,
+            receiver=None if optics is None else receiver,
+        ).arrays(channels)
+
+    def _surfaces(
+        self, shot: Shot, aim: Aim, swing: float, optics: Optics | None, least: float, *, normals: bool
+    ) -> Iterator[Met]:
+        """What an aim's rays meet: the first surface of each, then the next ones while light passes.
+
+        least: the least energy that is detected, of the light of a ray, which is a part of its beam's.
+        """
+        bundle = self._bundle(shot, aim, swing)
+        beams: slice | np.ndarray = slice(None)
+        light: np.ndarray | np.float32 = np.float32(1.0 / len(self._sub))
+        travelled: np.ndarray | np.float32 = np.float32(0.0)
+        for _ in range(MOST_SURFACES):
+            hits = self._cast(bundle, shot, normals=normals)
+            distance = hits.distance + travelled
+            ranges = self._reported(distance, shot, beams)
+            index, back = returned(bundle.table, hits, ranges, self._gates(shot.rows, beams), optics, least)
+            back *= light[index] if isinstance(light, np.ndarray) else light
+            yield Met(hits, distance, ranges, _some(beams, index), index, back)
+            if optics is None or not optics.has_glass:
+                return
+            passing = np.take(optics.passing, hits.surfaces(), mode="clip") * np.isfinite(hits.distance)
+            on = np.flatnonzero((passing > 0) & (distance < self._reach))
+            if not len(on):
+                return
+            light = (light[on] if isinstance(light, np.ndarray) else light) * passing[on]
+            beams, travelled = _some(beams, on), distance[on] + np.float32(STEP_M)
+            table = np.zeros((len(on), 6), np.float32)
+            table[:, 3:6] = aim.table[beams, 3:6]
+            offsets = table[:, 3:6] * travelled[:, None]
+            if aim.offsets is not None:
+                offsets += aim.offsets[beams]
+            bundle = RayBundle(aim.pose[:3, 3], table, offsets, self._exclude, bundle.reach)
+            if shot.spans:
+                ends = np.searchsorted(beams, [span.rows.stop - shot.rows.start for span in shot.spans])
+                bundle.spans = [bundle.some(slice(*each)) for each in pairwise([0, *ends])]
+
+    def _echoes(self, met: list[Met], shot: Shot) -> Met:
+        """The surfaces that beams meet, grouped into echoes; behind them a miss, for beams without any."""
+        assert self._receiver is not None
         echoes = form_echoes(
-            Candidates.joined(found),
+            Candidates.joined([one.candidates() for one in met]),
             separation=separation(self._config),
             least=self._receiver.least,
             most=self._config.max_returns,
         )
-        if self._noise is not None:
-            rows = np.arange(shot.rows.start, shot.rows.stop)[echoes.beam]
-            echoes.distance = self._noise.measured(echoes.distance, rows, shot.turn)
-            near, far = self._gates(shot.rows, echoes.beam)
-            echoes = echoes.at(np.flatnonzero((echoes.distance >= near) & (echoes.distance <= far)))
-        count = len(echoes.beam)
-        valid = None
-        if self._keep_invalid:
-            echoes = with_dark_beams(echoes, shot.rows.stop - shot.rows.start)
-            valid = echoes.light > 0
-            count = len(echoes.beam)
-        hits = Hits(echoes.distance, echoes.normals, np.arange(count, dtype=np.uint32), echoes.surface)
-        return self._returns(shot, hits, echoes.beam, aim, echoes.light, valid, np.arange(count), echo_ids(echoes.beam))
+        count, beam, light = len(echoes.beam), echoes.beam, echoes.light
+        echoes = Candidates.joined([echoes, MISS])
+        hits = Hits(echoes.distance, echoes.normals, np.arange(count + 1, dtype=np.uint32), echoes.surface)
+        ranges = self._reported(echoes.distance, shot, echoes.beam)
+        return Met(hits, echoes.distance, ranges, beam, np.arange(count), light)
+
+    def _reported(self, distance: np.ndarray, shot: Shot, beams: slice | np.ndarray) -> np.ndarray:
+        """The ranges that are reported for true ones (n,) float32 [m] of some beams of a shot."""
+        if self._noise is None:
+            return distance
+        rows = shot.rows if isinstance(beams, slice) else shot.rows.start + beams
+        return self._noise.measured(distance, rows, shot.turn)
 
     def _sub_beams(self, number: int, rows: slice) -> np.ndarray:
         """(3, n) directions of a sub-ray of the pattern's own beams; kept up to `MOST_KEPT_BYTES`."""
@@ -166,66 +204,6 @@ class Scanner:
         if number not in self._kept:
             self._kept[number] = sub.directions(number, self._columns)
         return self._kept[number][:, rows]
-
-    def _through_glass(self, shot: Shot, aim: Aim, swing: float, optics: Optics, share: float) -> list[Candidates]:
-        """The hits of an aim's rays between the gates, one after another while light passes."""
-        bundle = self._bundle(shot, aim, swing)
-        rays = np.arange(len(bundle.table))
-        light, travelled = np.full(len(rays), share, np.float32), np.zeros(len(rays), np.float32)
-        found: list[Candidates] = []
-        for _ in range(MOST_SURFACES):
-            hits = self._cast(bundle, shot, normals=True)
-            assert hits.normals is not None
-            surface = hits.surfaces()
-            distance = travelled + hits.distance
-            seen, back, _ = returned(bundle.table, hits, distance, self._gates(shot.rows, rays), optics)
-            every = Candidates(rays, distance, light, hits.normals, surface).at(seen)
-            every.light *= back
-            found.append(every)
-            if not optics.has_glass:
-                break
-            passing = np.take(optics.passing, surface, mode="clip") * np.isfinite(hits.distance)
-            on = np.flatnonzero((passing > 0) & (distance < self._reach))
-            if not len(on):
-                break
-            rays, light, travelled = rays[on], light[on] * passing[on], distance[on] + np.float32(STEP_M)
-            table = np.zeros((len(on), 6), np.float32)
-            table[:, 3:6] = aim.table[rays, 3:6]
-            offsets = table[:, 3:6] * travelled[:, None]
-            if aim.offsets is not None:
-                offsets += aim.offsets[rays]
-            bundle = RayBundle(aim.pose[:3, 3], table, offsets, self._exclude, bundle.reach)
-            if shot.spans:
-                ends = np.searchsorted(rays, [span.rows.stop - shot.rows.start for span in shot.spans])
-                bundle.spans = [bundle.some(slice(*each)) for each in pairwise([0, *ends])]
-        return found
-
-    def _returns(
-        self,
-        shot: Shot,
-        hits: Hits,
-        index: np.ndarray,
-        aim: Aim,
-        reflected: np.ndarray | None,
-        valid: np.ndarray | None,
-        at: np.ndarray | None = None,
-        echo: np.ndarray | None = None,
-    ) -> Returns:
-        return Returns(
-            pattern=self.pattern,
-            shot=shot,
-            hits=hits,
-            index=index,
-            valid=valid,
-            aim=aim,
-            output=Output(self._in_world, None if self._in_world else shot.common, self._custom),
-            velocities=self._velocities,
-            tables=self._tables,
-            receiver=self._receiver,
-            reflected=reflected,
-            at=at,
-            echo=echo,
-        )
 
     def _aim(self, shot: Shot, columns: np.ndarray, origins: np.ndarray | None, exact: bool) -> Aim:
         """Turns beams (3, n) to world axes, also in the table. exact: whether they are the pattern's own."""
@@ -311,11 +289,12 @@ class Scanner:
         own = part.grids.get(starts)
         return (self.pattern.grid(), False) if own is None else (own, True)
 
-    def _gates(self, rows: slice, rays: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """The least and the greatest range of each of some firings, or of all; `rays`: some of the firings `rows`."""
+    def _gates(self, rows: slice, beams: slice | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The least and the greatest range [m] of some of the firings `rows`, or of all."""
         near, far = self.pattern.near_m, self.pattern.far_m
-        if near.ndim:
-            near, far = near[rows], far[rows]
-            if rays is not None:
-                near, far = near[rays], far[rays]
-        return near, far
+        return (near[rows][beams], far[rows][beams]) if near.ndim else (near, far)
+
+
+def _some(beams: slice | np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """The numbers of the beams of some rays, which are those of all beams or of `beams`."""
+    return rows if isinstance(beams, slice) else beams[rows]

@@ -7,6 +7,8 @@ from sensors.lidar.config import EmitterState, LidarConfig
 from sensors.lidar.echoes import Candidates, SubRays, echo_ids, form_echoes, separation
 from tests.support.lidar_worlds import EVERYTHING, add_box, add_lidar, bind, frames_of, rotary, stare, weightless
 
+NOISE = {"lidar_noise": "on"}
+
 
 def frame_of(build, config, updates=6, **fidelity):
     with weightless(**fidelity) as app:
@@ -117,6 +119,42 @@ def test_where_beams_meet_one_thing_sub_rays_change_no_count_and_every_motion_gi
         other = scan(lidar_subrays=7, lidar_motion=motion)
         for name in EVERYTHING:
             assert other.channel(name).tobytes() == several.channel(name).tobytes(), name
+
+
+KNOBS = {
+    "plain": ({}, {}),
+    "noise": (dict.fromkeys(("azimuth_error_std", "elevation_error_std", "range_accuracy_m"), 0.2), NOISE),
+    "origins and steps": ({"origin_error_std": (0.1, 0.1, 0.1), "range_resolution_m": 0.03}, NOISE),
+    "gates of reported ranges": ({"range_accuracy_m": 0.2, "near_range_m": 9.6, "far_range_m": 13.0}, NOISE),
+    "threshold": ({"min_reflectance": 0.45, "min_reflection_range_m": 10.0}, {}),
+    "world": ({"output_frame_of_reference": "WORLD"}, {}),
+    "update": ({}, {"lidar_motion": "update"}),
+    "continuous": ({}, {"lidar_motion": "continuous", **NOISE}),
+    "bins": ({}, {"lidar_motion": "continuous", "lidar_bins": 4}),
+}
+
+
+@pytest.mark.parametrize("keep", [True, False])
+@pytest.mark.parametrize("knob", KNOBS)
+def test_every_knob_acts_where_beams_may_pass_glass_as_where_they_cannot(knob, keep):
+    """A pane behind the sensor's beams is never met; but with it, what beams meet is grouped into echoes."""
+    fields, fidelity = KNOBS[knob]
+
+    def scan(pane):
+        def build(app):
+            add_box(app, "/World/Room", 20.0, (2, 1, 0))
+            add_box(app, "/World/Car", 1.0, (-4, 3, 0), velocity=(5, 0, 0))
+            bind(app, add_box(app, "/World/Pane", 0.1, (0, 0, 8)), "clear_glass" if pane else "stone")
+
+        config = rotary(90, elevations=(-5.0, 0.0, 3.0), skip_dropping_invalid_points=keep, **fields)
+        return frame_of(build, config, **fidelity)
+
+    without, with_pane = scan(False), scan(True)
+
+    some_dark = knob in ("threshold", "gates of reported ranges")
+    assert 0 < without.channel("flags").astype(bool).sum() < (270 if some_dark else 271)
+    for name in EVERYTHING:
+        assert with_pane.channel(name).tobytes() == without.channel(name).tobytes(), name
 
 
 def candidates(beam, distance, light):
