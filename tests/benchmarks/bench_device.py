@@ -39,7 +39,7 @@ def measure(quick: bool) -> Iterator[Row]:
         device = device_of("cuda")
     except UserError:
         return
-    rounds = 5 if quick else 30
+    rounds = 1 if quick else 30
     yield from one_world(device, rounds)
     yield from many_worlds(device, rounds, 256 if quick else 4096)
     yield from steps(device, rounds, 256 if quick else 4096)

@@ -103,7 +103,7 @@ def measure(quick: bool) -> Iterable[Row]:
     import networkx
 
     push, execution, lazy = (compiled(chain(evaluator)) for evaluator in ("push", "execution", "dirty_push"))
-    rounds = 20 if quick else 200
+    rounds = 2 if quick else 200
     yield Row("push graph / plain calls that hand results on", ratio(push, plain_calls(_plain), rounds))
     yield Row("push graph / bare calls", ratio(push, _bare_calls(_plain), rounds), 5)
     yield Row("action graph / plain calls that hand results on", ratio(execution, plain_calls(_plain_step), rounds))
@@ -123,7 +123,7 @@ def measure(quick: bool) -> Iterable[Row]:
     naive = sorting_each_update(graph, lambda edges: networkx.lexicographical_topological_sort(networkx.DiGraph(edges)))
     yield Row("push graph / sorting with networkx in every update", ratio(push, naive, 5), 0.1)
 
-    count = 10_000 if quick else 100_000
+    count = 1_000 if quick else 100_000
     spec = chain("execution", count)
     yield Row(
         f"compile {count:,} nodes with {2 * count:,} connections",

@@ -102,7 +102,7 @@ def measure(quick: bool) -> Iterable[Row]:
     from graph.files import loads
 
     loads("tickgraph: 1\n")  # imports what is needed
-    nodes = 20_000 if quick else 100_000
+    nodes = 2_000 if quick else 100_000
     text = json.dumps(document(nodes))
     yield Row(f"JSON, {nodes:,} nodes", seconds(lambda: loads(text, name="a.json")), 10.0, "s")
     with tempfile.TemporaryDirectory() as folder:
@@ -114,7 +114,7 @@ def measure(quick: bool) -> Iterable[Row]:
     in_one_edit(2)  # imports what is needed
     in_single_edits(6)
     yield Row(f"Controller, {nodes:,} nodes in one edit", seconds(lambda: in_one_edit(nodes)), 10.0, "s")
-    edits = 600 if quick else 6_000
+    edits = 120 if quick else 6_000
     few, many = seconds(lambda: in_single_edits(edits // 3)) * 3, seconds(lambda: in_single_edits(edits))
     yield Row(f"Controller, {edits:,} single edits, each", many / edits * 1e3, 1.0, "ms")
     yield Row(f"Controller, an edit of {edits:,} / of {edits // 3:,}", many / few, 2.0)
@@ -127,7 +127,7 @@ def measure(quick: bool) -> Iterable[Row]:
     yield Row(f"Controller, an edit of sums of {edits:,} / of {edits // 3:,}", many / few, 2.5)
     small = json.dumps(document(5_000))
     yield Row("JSON, against json.loads", ratio(lambda: loads(small, name="a.json"), lambda: json.loads(small), 5))
-    lines = 500 if quick else 2_000
+    lines = 100 if quick else 2_000
     written = as_yaml(document(lines))
     yield Row(f"YAML, {lines:,} nodes", seconds(lambda: loads(written)) / lines * 1e3, 0.6, "ms/node")
 

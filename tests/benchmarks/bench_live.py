@@ -48,7 +48,7 @@ def with_listener(name: str, quick: bool) -> Median:
             app.bus.subscribe(CountingSink())
             app.play()
         ratios = []
-        for _ in range(6 if quick else 30):
+        for _ in range(4 if quick else 30):
             # What is still being sent and read must not slow the side that has no listener.
             time.sleep(SETTLE_S)
             under = seconds(lambda: alone.update(6))

@@ -43,9 +43,9 @@ def growth(name: str, quick: bool) -> float:
     Not counted is what the interpreter's cache of methods holds: each name by which C++ asks for a method is a string
     of its own, and stays in one of the 4,096 places of the cache until another takes it.
 
-    quick: a tenth of the updates, too few for the histories.
+    quick: a hundredth of the updates, too few for the histories.
     """
-    updates = UPDATES // 10 if quick else UPDATES
+    updates = UPDATES // 100 if quick else UPDATES
     sizes = []
     with App.from_file(str(GRAPHS / f"{name}.yaml")) as app:
         app.play()

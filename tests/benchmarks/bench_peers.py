@@ -42,7 +42,7 @@ NEEDS = ("embreex", "hamilton", "mujoco_lidar", "pipefunc", "warp")
 
 def measure(quick: bool) -> Iterator[Row]:
     """Each row is the peer's time over ours."""
-    rounds = 5 if quick else 15
+    rounds = 1 if quick else 15
     for _ in lidars(BODIES[0], 1):  # compiles the loops, once a machine
         pass
     for count in (0, *BODIES):

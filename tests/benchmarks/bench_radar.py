@@ -77,7 +77,7 @@ def measure(quick: bool) -> Iterator[Row]:
 
     The casts are those of an update in which everything is cast; where nothing moves, none is made.
     """
-    rounds = 3 if quick else 41
+    rounds = 1 if quick else 41
     for name, fidelity in (("all bounces", {}), ("radar.bounces=1", {"radar.bounces": 1})):
         with _world(hall(SPEED), fidelity) as app:
             casts = _casts_of(app)
@@ -96,9 +96,9 @@ def measure(quick: bool) -> Iterator[Row]:
             with _world(hall(SPEED, attributes), {}) as other:
                 yield Row(
                     f"what {name} adds, in casts of a frame",
-                    added(other.update, app.update, casts, max(3, rounds // 4)),
+                    added(other.update, app.update, casts, max(1, rounds // 4)),
                 )
-    first, *frames = _yard(frames=5 if quick else 40)
+    first, *frames = _yard(frames=3 if quick else 40)
     processor = Median([each * 1e3 for each, _ in frames[1:]])
     yield Row("the radar of the yard, a steady frame, processor time", processor, 75.0, "ms")
     yield Row("its first frame after a lidar's, loops compiled, processor time", first[0] * 1e3, 1000.0, "ms")

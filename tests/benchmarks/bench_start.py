@@ -26,7 +26,7 @@ QUICKSTART = ("-m", "graph", "run", str(ROOT / "graphs" / "quickstart.yaml"), "-
 
 def measure(quick: bool) -> Iterator[Row]:
     """The check of the yard as a multiple of the bare imports, and a short run in seconds."""
-    rounds = 3 if quick else 11
+    rounds = 1 if quick else 11
     with packages(compiled=True) as ready, packages(compiled=False) as bare:
         for folder, how in ((ready, ""), (bare, ", no byte code of ours")):
             check = ratio(lambda at=folder: python(at, *CHECK), lambda at=folder: python(at, *IMPORTS), rounds, 1)

@@ -43,7 +43,7 @@ class Idle:
 
 def measure(quick: bool) -> Iterator[Row]:
     """Updates without any graph: of an empty stage in microseconds, of worlds as a multiple of their mj_steps."""
-    rounds = 5 if quick else 25
+    rounds = 1 if quick else 25
     empty = nothing_dynamic(0, rounds)
     yield Row("App.update with nothing dynamic", empty, 20.0, "us")
     for count in (1, 16):

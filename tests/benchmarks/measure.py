@@ -63,7 +63,7 @@ def ratio(
 
     clock: `time.process_time` for processor time, which other processes on the machine hardly change.
     """
-    for _ in range(warm_up):
+    for _ in range(min(warm_up, rounds)):
         baseline()
         subject()
     ratios = []
@@ -80,7 +80,7 @@ def added(
     subject: Callable[[], object], plain: Callable[[], object], unit: Callable[[], object], rounds: int = 15
 ) -> float:
     """How much longer a call takes than a plain one, in times of a third; of the medians of the three in turn."""
-    times = [[seconds(call) for call in (subject, plain, unit)] for _ in range(rounds)][1:]
+    times = [[seconds(call) for call in (subject, plain, unit)] for _ in range(rounds + 1)][1:]
     longer, shorter, one = (statistics.median(each) for each in zip(*times, strict=True))
     return (longer - shorter) / one
 
