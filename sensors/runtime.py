@@ -67,8 +67,6 @@ class SensorRuntime(ABC, Generic[Config]):
     direction.
     """
     latency = Fraction(0)
-    only_on_request: ClassVar[frozenset[str]] = frozenset()
-    """Channels computed only on request, even where pruning is off: they read more, and may warn of it."""
     wants_updates = False
     coords = "NOT_APPLICABLE"
 
@@ -180,7 +178,7 @@ class SensorRuntime(ABC, Generic[Config]):
             start=FramePose(stamp, first),
             end=FramePose(nanoseconds(end), last),
             count=count,
-            arrays=found.arrays if self._app.prune else self.kept(found.arrays),
+            arrays=found.arrays,
             config=self.config,
             sensor_path=self.path,
             scan_complete=found.complete,
@@ -258,26 +256,12 @@ class SensorRuntime(ABC, Generic[Config]):
         self.demand.release(owner)
 
     def channels(self) -> frozenset[str]:
-        """The channels to compute: the requested ones; without pruning the others too, but those of `only_on_request`
-        and of settings.
-        """
-        if self._app.prune:
-            return self.requested()
-        others = {channel.name for channel in self.kind.channels if not channel.setting} - self.only_on_request
-        return self.requested() | others
-
-    def requested(self) -> frozenset[str]:
-        """The union of all requests, except channels that the aux level or a setting excludes: what a frame holds."""
+        """The channels of a frame: the union of all requests, except those that the aux level or a setting excludes."""
         if self._known_demand != self.demand.version:
             self._known_demand = self.demand.version
             wanted = self.demand.channels(self._aux)
             self._channels = wanted - self._withheld(wanted)
         return self._channels
-
-    def kept(self, arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """The requested ones of the arrays that were computed."""
-        wanted = self.requested()
-        return {name: array for name, array in arrays.items() if name in wanted}
 
     def consumers(self) -> Mapping[str, Sequence[str]]:
         """Requested channel -> its owners as text, sorted."""

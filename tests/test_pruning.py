@@ -2,6 +2,7 @@
 
 import json
 import tempfile
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ from sensors.raycast.shared import cast_world
 from sensors.sensor_types import sensor_type
 from tests.support.lidar_texts import LIDAR_AND_CLOCK
 from tests.support.lidar_worlds import add_box, add_lidar, define_lidar, rotary, weightless
+from tests.support.unpruned import unpruned
 
 
 class CountingEngine:
@@ -62,7 +64,7 @@ def scenes(monkeypatch):
 def test_there_is_no_physics_model_where_nothing_can_move():
     for moves, prune, made in ((False, True, 0), (True, True, 1), (False, False, 1)):
         engine = CountingEngine()
-        with App(physics=engine, prune=prune) as app:
+        with nullcontext() if prune else unpruned(), App(physics=engine) as app:
             add_box(app, "/World/Box", 1.0, (0, 0, 1), velocity=(0, 0, 0) if moves else None)
             app.play()
             app.update(steps=3)
@@ -191,19 +193,26 @@ def test_without_a_publisher_nothing_becomes_bytes(tmp_path, monkeypatch):
 def test_a_standing_scene_is_built_once_for_all_sensors_and_apps_of_a_process(file):
     before, alive = triangles.built(), triangles.alive()
     clouds = []
-    with App.from_file(file) as first, App.from_file(file) as second, App.from_file(file, prune=False) as own:
-        for app in (first, second, own):
-            sink = MemorySink()
-            app.bus.subscribe(sink)
-            add_lidar(app, "/World/Second")
-            app.play()
-            app.update(steps=6)
-            clouds.append(sink["/points"][0].cdr())
+
+    def cloud(app):
+        sink = MemorySink()
+        app.bus.subscribe(sink)
+        add_lidar(app, "/World/Second")
+        app.play()
+        app.update(steps=6)
+        return sink["/points"][0].cdr()
+
+    with App.from_file(file) as first, App.from_file(file) as second:
+        clouds += [cloud(first), cloud(second)]
+        with unpruned():
+            own = App.from_file(file)
+            clouds.append(cloud(own))
         # One for the first two. The third builds its own: at play, dropped, and for its sensors.
         assert (triangles.built() - before, triangles.alive() - alive) == (1 + 2, 1 + 1)
         assert cast_world(first) is not cast_world(second)
+        own.close()
     assert len(set(clouds)) == 1
-    del first, second, own, app
+    del first, second, own
     assert triangles.alive() == alive
 
 
@@ -322,7 +331,9 @@ def written(file, *options):
 def test_without_pruning_a_run_writes_the_same_bytes(tmp_path, capsys, drawn):
     file = tmp_path / "a.json"
     file.write_text(json.dumps(graph_file(drawn)))
-    pruned, whole = written(file, *drawn["options"]), written(file, "--no-prune", *drawn["options"])
+    pruned = written(file, *drawn["options"])
+    with unpruned():
+        whole = written(file, *drawn["options"])
     said = capsys.readouterr()
     assert pruned[0] == 0, said.err
     assert not drawn["clock"] or "run.mcap" in pruned[2]
@@ -345,6 +356,8 @@ def test_of_what_only_a_run_without_pruning_computes_nothing_is_told(tmp_path, s
     data["scene"]["prims"].update(TOLD)
     file = tmp_path / "a.json"
     file.write_text(json.dumps(data))
-    pruned, whole = written(file), written(file, "--no-prune")
+    pruned = written(file)
+    with unpruned():
+        whole = written(file)
     assert (pruned[0], len(pruned[2]["run.mcap"]) > 0) == (0, True)
     assert pruned == whole

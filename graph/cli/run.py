@@ -79,12 +79,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--device", metavar="NAME", help="cast rays on cuda, cuda:N or warp-cpu (`graph help gpu`); default cpu"
     )
-    parser.add_argument(
-        "--no-prune",
-        dest="prune",
-        action="store_false",
-        help="compute also what nothing requires; what is written is the same",
-    )
     parser.add_argument("--stats", action="store_true", help="measure the time of each part of the updates")
     parser.add_argument("--realtime", action="store_true", help="pace updates to the wall clock")
     parser.add_argument("--json", action="store_true", help="print the report as JSON and nothing else on stdout")
@@ -141,7 +135,6 @@ def run(args: argparse.Namespace) -> int:
         on_error=args.on_error,
         skip_unknown=args.skip_unknown,
         allow_scripts=args.allow_scripts,
-        prune=args.prune,
     )
     app = session.app
     updates = _number_of_updates(args, session)

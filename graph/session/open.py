@@ -172,15 +172,14 @@ def open_session(
     registry: Registry | None = None,
     skip_unknown: bool = False,
     allow_scripts: bool = False,
-    prune: bool = True,
     asset_roots: Mapping[str, str | Path] | None = None,
 ) -> Session:
     """Loads, checks and builds everything that `path` names (or a loaded file contains); nothing plays yet.
 
     `settings` and `fidelity` replace the file's. `on_error` is "stop" or "continue"; None means "continue" for a saved
     scene with missing assets or nodes that cannot work, else the setting nodeErrorsStop. Nodes that run code from
-    the file are refused unless `allow_scripts`; those of a saved scene do nothing, with a warning. `prune` and
-    `asset_roots` are as for `App`. Raises UserError with every problem found.
+    the file are refused unless `allow_scripts`; those of a saved scene do nothing, with a warning. `asset_roots` is as
+    for `App`. Raises UserError with every problem found.
     """
     from graph.evaluate.script_permission import script_problems
 
@@ -201,9 +200,7 @@ def open_session(
     if parts.spec is None or parts.problems or (refused and not parts.spec.lenient):
         found = [*parts.problems, *([] if parts.spec and parts.spec.lenient else refused)]
         raise UserError(sorted(found, key=_place))
-    return start(
-        parts, folders, seed=seed, realtime=realtime, on_error=on_error, allow_scripts=allow_scripts, prune=prune
-    )
+    return start(parts, folders, seed=seed, realtime=realtime, on_error=on_error, allow_scripts=allow_scripts)
 
 
 def start(
@@ -214,7 +211,6 @@ def start(
     realtime: bool = False,
     on_error: OnError | None = None,
     allow_scripts: bool = False,
-    prune: bool = True,
 ) -> Session:
     """The App over parts without problems, with their graphs bound to it; options as in `open_session`."""
     from graph.evaluate.script_permission import script_problems
@@ -239,7 +235,6 @@ def start(
             fidelity=spec.fidelity,
             seed=seed,
             wall_clock=RealClock() if realtime else None,
-            prune=prune,
         )
     if app.fidelity.lidar_motion != "frozen":
         from sensors.motion.history import begin_history

@@ -53,8 +53,7 @@ class App(Suggesting):
     `MjcfScene`. `physics_hz` is preferred over the rate of the stage's physics scene or the MJCF time step, then 60;
     `loop_hz` defaults to 60. `fidelity` maps knobs (`lidar.motion`) to values. `physics` makes the physics engine, by
     default MuJoCo (see `graph.sim.physics.protocol.EngineFactory`). `allow`: further folders to which the USD file may
-    refer. `prune`: leave out what nothing requires (`graph help performance`); without it the output is the
-    same. `asset_roots`: folders by the prefixes of the addresses that they hold (`graph.base.asset_roots`).
+    refer. `asset_roots`: folders by the prefixes of the addresses that they hold (`graph.base.asset_roots`).
     `device`: the knob of that name, such as "cuda". Raises UserError for options that cannot be run.
 
     An App holds its parts and passes calls on to them: `world` (stage, Fabric, physics, edits), `simulation` (builds,
@@ -95,7 +94,6 @@ class App(Suggesting):
         when_playing: str | None = None,
         physics: EngineFactory = MUJOCO,
         allow: Iterable[str | Path] = (),
-        prune: bool = True,
         asset_roots: Mapping[str, str | Path] | None = None,
         device: str | None = None,
     ) -> None:
@@ -106,7 +104,6 @@ class App(Suggesting):
             knobs = replace(knobs, device=Fidelity.from_mapping({"device": device}).device)
         refuse_unavailable(experience, parity, knobs)
         self.experience, self.parity, self.seed = experience, parity, exact.count(seed, "seed")
-        self.prune = prune
         self.settings = Settings(settings)
         apply_profile(self.settings, parity)
         self.warnings = WarningList()
@@ -120,7 +117,7 @@ class App(Suggesting):
         choice = checked_choice(when_playing or str(self.settings.get(keys.WHEN_PLAYING)))
         with mapped(asset_roots or {}):
             self.world = open_world(
-                stage, mjcf, engine=physics, fidelity=knobs, when_playing=choice, warn=warn, allow=allow, prune=prune
+                stage, mjcf, engine=physics, fidelity=knobs, when_playing=choice, warn=warn, allow=allow
             )
         authored = self.world.authored_rate
         physics_rate, loop_rate = clock_rates(
@@ -181,8 +178,6 @@ class App(Suggesting):
         """Values that nodes write into the report, by name."""
         """Where the run writes files; None if it writes no files."""
         self._told_closing = False
-        if not prune:
-            import_module("sensors.everything").compute_everything(self)
 
     def _new_rendering(self, clock: PhysicsClock) -> SensorScheduler:
         run_loop = self.run_loop

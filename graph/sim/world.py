@@ -32,8 +32,8 @@ EXTERNAL_TIME = ("/ExternalSimulationTime", "omni:time")
 class World:
     """Stage, Fabric and physics of one App. It knows no clock and no sensor; its player builds and frees it.
 
-    `mjcf` is the MJCF model that the stage mirrors, if any; `engine` makes the physics engine of each play, with
-    `prune` only where something can move.
+    `mjcf` is the MJCF model that the stage mirrors, if any; `engine` makes the physics engine of each
+    play in which something can move.
     """
 
     def __init__(
@@ -45,12 +45,10 @@ class World:
         fidelity: Fidelity,
         when_playing: WhenPlaying,
         warn: Warn,
-        prune: bool = True,
     ) -> None:
         self.stage = stage
         self.mjcf = mjcf
         self.engine = engine
-        self.prune = prune
         self.fidelity = fidelity
         self.when_playing: WhenPlaying = when_playing
         self.warn = warn
@@ -161,7 +159,7 @@ class World:
             dt = 1 / self.steps_per_second
             with reading(scene_name(self.stage)):
                 physics = build_physics(
-                    self.stage, dt, self.fidelity, engine=self.engine, warn=self.warn, mjcf=self.mjcf, prune=self.prune
+                    self.stage, dt, self.fidelity, engine=self.engine, warn=self.warn, mjcf=self.mjcf
                 )
                 self.fabric.bind(physics)
         except BaseException:
@@ -222,7 +220,6 @@ def open_world(
     when_playing: WhenPlaying,
     warn: Warn,
     allow: Iterable[str | Path] = (),
-    prune: bool = True,
 ) -> World:
     """The world of a stage (the path of a USD file, a `Usd.Stage`, None: an empty one) or of an MJCF file or model.
 
@@ -250,7 +247,7 @@ def open_world(
         register_schemas()
         if not hasattr(stage, "GetRootLayer"):
             raise UserError(f"stage {stage!r}: give the path of a USD file, a Usd.Stage, or None for an empty one")
-    return World(stage, mjcf=mjcf, engine=engine, fidelity=fidelity, when_playing=when_playing, warn=warn, prune=prune)
+    return World(stage, mjcf=mjcf, engine=engine, fidelity=fidelity, when_playing=when_playing, warn=warn)
 
 
 def _tell_graphs(stage: Any, path: str | Path, warn: Warn) -> None:

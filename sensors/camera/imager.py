@@ -289,6 +289,5 @@ class Imager(Model["CameraRuntime"]):
         bodies = world.body_poses(tick.poses)
         now = Instant(world, self._sensor.pose(tick.poses), None if bodies is None else bodies.copy())
         before = self._before
-        if "motion_vectors" in self._sensor.requested():
-            self._before = now
+        self._before = now
         return motion_vectors(self._config.lens, view, before, now)

@@ -10,7 +10,7 @@ from graph.base.limits import check
 from graph.sim.renderer.schedule import Tick
 from sensors.runtime import Measurement, SensorRuntime
 
-from .channels import CROSS, LIT
+from .channels import LIT
 from .config import CameraConfig, checked_size, legacy_lens, read_config
 from .names import PRIM_TYPE
 
@@ -32,7 +32,6 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
 
     type_name = PRIM_TYPE
     side_axis = 0
-    only_on_request = LIT | {CROSS}
     group: TileGroup | None = None
     """The cameras whose rays are cast in one call with those of this camera; None: it casts alone."""
     _imager: Imager | None = None
@@ -62,7 +61,7 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
     ) -> None:
         """Requests channels, see `SensorRuntime.require`; UserError for colours of more rays than the limit allows."""
         super().require(owner, channels, optional=optional, ignore_aux=ignore_aux)
-        if self.requested() & LIT:
+        if self.channels() & LIT:
             self.samples()
 
     def samples(self) -> int:

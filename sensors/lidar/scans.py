@@ -83,7 +83,7 @@ class Scans(Model["LidarRuntime"]):
     def measure(self, tick: Tick) -> Measurement:
         """The scan of a tick, or a part of one; empty, and nothing is cast, if nothing is requested."""
         found = None if self._unread else self._cast(tick)
-        if found is not None and self._sensor.requested():
+        if found is not None:
             return found
         pose = self._sensor.pose(tick.poses)
         ends = (pose, pose) if self._bins is None else self._bins.ends(*self._sensor.interval(tick))
@@ -92,7 +92,7 @@ class Scans(Model["LidarRuntime"]):
     @property
     def _unread(self) -> bool:
         """Whether there is nothing to cast for."""
-        return self._app.prune and not self._sensor.requested()
+        return not self._sensor.channels()
 
     def _cast(self, tick: Tick) -> Measurement:
         if isinstance(self._sensor.schedule, EveryUpdate):
@@ -113,7 +113,7 @@ class Scans(Model["LidarRuntime"]):
         parts = scan.parts
         count = sum(int(part.pop("count")) for part in parts)
         if not parts:
-            arrays = {name: CHANNELS[name].empty() for name in self._sensor.requested() if name in CHANNELS}
+            arrays = {name: CHANNELS[name].empty() for name in self._sensor.channels() if name in CHANNELS}
         elif len(parts) == 1:
             arrays = parts[0]
         else:
@@ -134,8 +134,7 @@ class Scans(Model["LidarRuntime"]):
 
     def _scan(self, shot: Shot) -> dict[str, np.ndarray]:
         """The channels of a shot that are requested now, and their "count"."""
-        found = self._scanner(shot.turn).scan(shot, self._sensor.channels())
-        return found if self._app.prune else {**self._sensor.kept(found), "count": found["count"]}
+        return self._scanner(shot.turn).scan(shot, self._sensor.channels())
 
     def _new_scanner(self, pattern: Pattern) -> Scanner:
         app, config = self._app, self._config

@@ -125,9 +125,7 @@ class Scans(Model["RadarRuntime"]):
                 f"a frame holds the {MOST_DETECTIONS:,} strongest detections, the others are lost; raise cfarOffset, "
                 "cfarMinVal or the first of rcsTuningCoefficients",
             )
-        return Measurement(
-            self._arrays(found, scan, tick), len(found.rcs) if self._sensor.requested() else 0, facts=facts
-        )
+        return Measurement(self._arrays(found, scan, tick), len(found.rcs), facts=facts)
 
     def cube(self, tick: Tick, number: int, cycle: int) -> Cube:
         """What a scan receives in one of its cycles, in cells, before it is detected."""

@@ -75,7 +75,7 @@ def cast_world(app: App) -> CastWorld:
     def threads() -> int:
         return int(present_app(weak).settings.get(RAY_THREADS))
 
-    world = _world_on(app.fidelity.device)(surfaces, poses, threads, soft, points, velocities, prune=app.prune)
+    world = _world_on(app.fidelity.device)(surfaces, poses, threads, soft, points, velocities)
     if app not in _worlds:
         app.on("close", lambda: _worlds.pop(app, None))
     _worlds[app] = (geometry, world)

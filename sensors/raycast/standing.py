@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 from collections import OrderedDict
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -14,8 +13,7 @@ from graph.base.paths import at_or_below
 from graph.sim.geometry.surfaces import Mesh, Plane, Solid
 
 from .enclosed import Enclosed, enclosing
-from .nearest import Nearest
-from .rays import NO_SURFACE, RayBundle, Spots
+from .rays import NO_SURFACE, RayBundle
 from .regions import Regions
 from .triangles import TriangleHits, TriangleScene, shared_scene
 
@@ -36,8 +34,7 @@ class Standing:
     """The surfaces of a world that neither move nor deform, and the scenes made of them.
 
     surfaces: of the whole world; stands: which of them (s,) bool belong here; formulas: whether rays meet solids by
-    their closed forms. prune: leaves out of a scene what its rays do not reach, and takes scenes that this process has
-    already.
+    their closed forms.
     """
 
     def __init__(
@@ -46,28 +43,17 @@ class Standing:
         stands: Sequence[bool],
         *,
         formulas: bool,
-        prune: bool,
     ) -> None:
-        self.surfaces, self.formulas, self._prune = surfaces, formulas, prune
+        self.surfaces, self.formulas = surfaces, formulas
         self.numbers = [number for number, one in enumerate(stands) if one]
         """The standing surfaces."""
         self._sets: OrderedDict[tuple[bytes, frozenset[str], bytes | None], StandingScene] = OrderedDict()
         self._casts = 0
 
-    def scenes(
-        self, anchor: np.ndarray, exclude: frozenset[str], origin: np.ndarray, reach: float
-    ) -> tuple[StandingScene, ...]:
-        """The scene for rays about `origin`, around an anchor, both (3,) float64 [m].
-
-        Without pruning a second scene has the surfaces beyond their reach [m], if there are any.
-        """
+    def scene(self, anchor: np.ndarray, exclude: frozenset[str], origin: np.ndarray, reach: float) -> StandingScene:
+        """The scene of what rays about `origin` may reach [m], around an anchor, both (3,) float64 [m]."""
         self._casts += 1
-        within = self._regions.within(origin, reach)
-        near = self._scene(anchor, exclude, within)
-        if self._prune or within is None:
-            return (near,)
-        beyond = np.logical_not(np.frombuffer(within, bool)).tobytes()
-        return near, self._scene(anchor, exclude, beyond)
+        return self._scene(anchor, exclude, self._regions.within(origin, reach))
 
     def beyond(self, origin: np.ndarray, reach: float) -> list[int]:
         """The surfaces that are in no scene of rays about `origin` (3,) with this reach, both [m]."""
@@ -83,8 +69,8 @@ class Standing:
         return found
 
     def build(self, vertices: np.ndarray, triangles: np.ndarray) -> TriangleScene:
-        """A scene of triangles (m, 3) uint32 with vertices (v, 3) float32."""
-        return (shared_scene if self._prune else TriangleScene)(vertices, triangles)
+        """A scene of triangles (m, 3) uint32 with vertices (v, 3) float32; one that this process has already."""
+        return shared_scene(vertices, triangles)
 
     @cached_property
     def _regions(self) -> Regions:
@@ -193,14 +179,3 @@ class StandingScene:
         if memory is not None:
             memory.cast, memory.met = cast, found if again else None
         return found, again
-
-    def add_beyond(self, rays: RayBundle, start: np.ndarray, threads: int, nearest: Nearest) -> None:
-        """Adds what rays from `start` (3,) float32 hit here to the hits of another scene of the same surfaces."""
-        if self.static is None:
-            return
-        found, _ = self.cast(self.static, replace(rays, memory=None), start, threads, uv=nearest.with_spots)
-        surfaces = self.surface_of.take(found.triangle, mode="clip").astype(np.uint32)
-        spots = None
-        if found.uv is not None:
-            spots = Spots(found.triangle - self.starts.take(surfaces, mode="clip"), found.uv)
-        nearest.add_some(np.arange(len(surfaces)), found.distance, surfaces, found.normals, spots)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import cached_property
 from typing import Any, TypeGuard
 
@@ -44,8 +43,7 @@ class CastWorld:
     geometry: meshes, solids and infinite planes; those with a body move with it. poses: gives the bodies' poses,
     (b, 4, 4) float64 world [m] in the order of `bodies`, for a snapshot (None: now). threads: number of threads for
     casting (0: all cores). soft: prims that deform; points, velocities: of such a mesh's vertices [m, m/s]. formulas:
-    whether rays meet solids by their closed forms, else by their triangles. prune: leaves out what rays do not reach,
-    and takes the scenes of equal worlds of this process; the hits within reach are the same without it. `surfaces`
+    whether rays meet solids by their closed forms, else by their triangles. `surfaces`
     lists the geometry in the order of their numbers.
     """
 
@@ -59,7 +57,6 @@ class CastWorld:
         velocities: PointsOf | None = None,
         *,
         formulas: bool = True,
-        prune: bool = True,
     ) -> None:
         self.surfaces = tuple(geometry)
         self.bodies = bodies_of(geometry)
@@ -69,7 +66,7 @@ class CastWorld:
         """Data that users of the world have computed about its surfaces."""
         self._poses = poses
         self._threads = threads
-        self._formulas, self._prune = formulas, prune
+        self._formulas = formulas
         rigid = [
             (index, one, int(self.body_of[index])) for index, one in enumerate(self.surfaces) if one.body is not None
         ]
@@ -87,7 +84,7 @@ class CastWorld:
             isinstance(one, Mesh) and one.body is None and index not in deforms
             for index, one in enumerate(self.surfaces)
         ]
-        self.standing = Standing(self.surfaces, stands, formulas=formulas, prune=prune)
+        self.standing = Standing(self.surfaces, stands, formulas=formulas)
         """The surfaces that neither move nor deform."""
         self._made_of = deforming, moving, solids
         self.moving_surfaces = np.array([index for index, one, _ in rigid if isinstance(one, Mesh)], np.int32)
@@ -117,9 +114,7 @@ class CastWorld:
         if not solids:
             return self
         moved = self._points, self._velocities
-        world = CastWorld(
-            self.surfaces, self._poses, self._threads, self.soft, *moved, formulas=False, prune=self._prune
-        )
+        world = CastWorld(self.surfaces, self._poses, self._threads, self.soft, *moved, formulas=False)
         if all(solid.body is not None for solid in solids):
             world.standing = self.standing
         return world
@@ -127,33 +122,30 @@ class CastWorld:
     def cast(self, rays: RayBundle, poses: Any = None, *, normals: bool = False, spots: bool = False) -> Hits:
         """Nearest hits; see `RayCaster`. Normals follow the winding, in world axes."""
         anchor = anchor_of(rays.origin)
-        scenes, *beyond = self.standing.scenes(anchor, rays.exclude, rays.origin, rays.reach)
+        scene = self.standing.scene(anchor, rays.exclude, rays.origin, rays.reach)
         threads = self.threads
-        numbers = scenes.surface_of, scenes.starts, scenes.triangles
+        numbers = scene.surface_of, scene.starts, scene.triangles
         nearest = Nearest(len(rays.table), *numbers, normals=normals, spots=spots)
-        if scenes.static:
+        if scene.static:
             start = (rays.origin - anchor).astype(np.float32)
-            nearest.add_static(*scenes.cast(scenes.static, rays, start, threads, uv=spots))
-        for others in beyond:
-            others.add_beyond(rays, (rays.origin - anchor).astype(np.float32), threads, nearest)
-            rays = replace(rays, reach=math.inf)
+            nearest.add_static(*scene.cast(scene.static, rays, start, threads, uv=spots))
         states = poses if rays.spans else (poses,)
         looks = [
             (nearest.some(rows) if rays.spans else nearest, one, state, self.body_poses(state))
             for (rows, one), state in zip(rays.by_state(), states, strict=True)
         ]
         for index, _ in self._planes:
-            if index not in scenes.skip:
+            if index not in scene.skip:
                 for own, one, _, bodies in looks if self.body_of[index] >= 0 else [(nearest, rays, None, None)]:
                     origin, normal = self.plane(index, bodies)
                     own.add_plane(one, origin, normal, index)
         body_poses = [bodies for *_, bodies in looks if bodies is not None]
         if self._moving is not None and body_poses:
-            skip = scenes.left_out(self._moving.surfaces)
+            skip = scene.left_out(self._moving.surfaces)
             self._moving.cast(rays, anchor, np.stack(body_poses), skip, threads, nearest)
         if self._soft is not None:
             for own, one, state, _ in looks:
-                self._soft.cast(one, state, scenes.skip, threads, own)
+                self._soft.cast(one, state, scene.skip, threads, own)
         return nearest.hits()
 
     def static_scene(self, origin: np.ndarray, exclude: frozenset[str]) -> tuple[np.ndarray, TriangleScene | None]:
@@ -163,7 +155,7 @@ class CastWorld:
         The scene is None without static geometry.
         """
         anchor = anchor_of(origin)
-        return anchor, self.standing.scenes(anchor, exclude, origin, math.inf)[0].static
+        return anchor, self.standing.scene(anchor, exclude, origin, math.inf).static
 
     @property
     def rays_go_everywhere(self) -> bool:

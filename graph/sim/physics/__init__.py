@@ -9,7 +9,6 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from graph.base.errors import UserError
 from graph.sim.scene.stage import Warn, ignore_warning
 
 if TYPE_CHECKING:
@@ -59,11 +58,10 @@ def build_physics(
     warn: Warn = ignore_warning,
     scan: Scan | None = None,
     mjcf: ModelScene | None = None,
-    prune: bool = True,
 ) -> PhysicsEngine | None:
     """An engine with the stage's dynamics and steps of `dt` [s], in the state of the stage; None if nothing can move.
 
-    Without `prune` there is always one. mjcf: the model that the stage mirrors; it is simulated unchanged, together
+    mjcf: the model that the stage mirrors; it is simulated unchanged, together
     with the stage's other bodies and colliders. Raises UserError if the engine refuses the scene.
     """
     from graph.sim.scene.scan import scan_stage
@@ -75,25 +73,16 @@ def build_physics(
         mjcf.settle(warn)
     scan = scan or scan_stage(stage)
     moves = scan.dynamic or (mjcf is not None and mjcf.moves)
-    required = moves or bool(scan.soft)
-    if prune and not required:
+    if not (moves or scan.soft):
         return None
     from .read_forces import start_surfaces
     from .read_world import read_world
     from .start_checks import tell_start
 
-    try:
-        world = read_world(scan, warn if required else ignore_warning)
-        required = moves or bool(world.softs)
-        if not required:
-            if prune:
-                return None
-            warn = ignore_warning  # whatever it complains about, nothing requires it
-        physics = engine(world, dt, meters_per_unit=scan.meters_per_unit, fidelity=fidelity, warn=warn, mjcf=mjcf)
-        start_surfaces(physics, warn)
-        tell_start(physics, warn)
-    except UserError:
-        if required:
-            raise
+    world = read_world(scan, warn)
+    if not (moves or world.softs):
         return None
+    physics = engine(world, dt, meters_per_unit=scan.meters_per_unit, fidelity=fidelity, warn=warn, mjcf=mjcf)
+    start_surfaces(physics, warn)
+    tell_start(physics, warn)
     return physics
