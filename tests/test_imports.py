@@ -41,6 +41,7 @@ def module_name(path):
 MODULES = {module_name(path): path for package in OWN for path in sorted((ROOT / package).rglob("*.py"))}
 
 
+@functools.cache
 def imports_of(name, path, top_level_only=False, for_types=False):
     """(module, line) of each import of a module; relative ones resolved. for_types: those under TYPE_CHECKING too."""
     found = []
@@ -367,17 +368,19 @@ def test_nothing_else_reads_mujocos_model_or_data():
         f"{path.relative_to(ROOT)}:{node.lineno}: .{node.attr}"
         for name, path in MODULES.items()
         if not knows_mujoco(name)
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf8")))
+        for node in ast.walk(tree_of(path))
         if isinstance(node, ast.Attribute) and reads_mujoco(node)
     ]
     assert wrong == []
 
 
+@functools.cache
 def named_imports(path):
     """(module, line) of each call such as `import_module("open3d")`."""
-    calls = (node for node in ast.walk(ast.parse(path.read_text(encoding="utf8"))) if isinstance(node, ast.Call))
-    for call in calls:
+    found = []
+    for call in (node for node in ast.walk(tree_of(path)) if isinstance(node, ast.Call)):
         name = call.func.attr if isinstance(call.func, ast.Attribute) else getattr(call.func, "id", "")
         first = call.args[0] if call.args else None
         if name in ("import_module", "__import__") and isinstance(first, ast.Constant) and isinstance(first.value, str):
-            yield first.value, call.lineno
+            found.append((first.value, call.lineno))
+    return found

@@ -62,7 +62,7 @@ class Page:
 
 @contextlib.contextmanager
 def browse(file, folder, width=1400, height=4000, dark=False):
-    """The page of a file; `folder` takes the browser's profile."""
+    """The page of a file, drawn coarsely, as this is done without a GPU; `folder` takes the browser's profile."""
     from websockets.sync.client import connect
 
     command = ["chromium", *OPTIONS, f"--user-data-dir={folder}", "about:blank"]
@@ -80,7 +80,7 @@ def browse(file, folder, width=1400, height=4000, dark=False):
                     page = Page(socket)
                     for domain in ("Page", "Runtime", "Network", "Log"):
                         page.call(f"{domain}.enable")
-                    size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 500}
+                    size = {"width": width, "height": height, "deviceScaleFactor": 0.25, "mobile": width < 500}
                     page.call("Emulation.setDeviceMetricsOverride", **size)
                     scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
                     page.call("Emulation.setEmulatedMedia", features=[scheme])
