@@ -75,6 +75,10 @@ class InertialUnit:
         return InertialReading(float(self._samples[-1].time), acceleration, rate, np.array([x, y, z, w]))
 
     def _step(self) -> None:
+        if not self._app.stage.GetPrimAtPath(self._path):  # removed while it plays
+            self.close()
+            self._samples.clear()
+            return
         velocity, rate, rotation = self._motion()
         time = self._app.simulation.time
         if time > self._time:

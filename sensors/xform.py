@@ -91,8 +91,11 @@ def _local(
 def _write(
     prim: Usd.Prim, translation: np.ndarray | None, orientation: np.ndarray | None, scale: np.ndarray | None
 ) -> None:
-    """Rewrites the ops as translate, orient, scale; each without a new value keeps its present one."""
-    from graph.sim.usd import Gf
+    """Rewrites the ops as translate, orient, scale; each without a new value keeps its present one.
+
+    An op that a referenced layer declares keeps its precision; all others are double.
+    """
+    from graph.sim.usd import Gf, UsdGeom
 
     xformable = _xformable(prim)
     old = from_usd(xformable.GetLocalTransformation())
@@ -102,18 +105,17 @@ def _write(
     for name in prim.GetPropertyNames():
         if str(name).startswith("xformOp:"):
             prim.RemoveProperty(name)
-    x, y, z = map(float, old_translation if translation is None else translation)
-    xformable.AddTranslateOp(precision=_double()).Set(Gf.Vec3d(x, y, z))
-    w, i, j, k = map(float, old_orientation if orientation is None else orientation)
-    xformable.AddOrientOp(precision=_double()).Set(Gf.Quatd(w, i, j, k))
-    x, y, z = map(float, lengths if scale is None else scale)
-    xformable.AddScaleOp(precision=_double()).Set(Gf.Vec3d(x, y, z))
-
-
-def _double() -> Any:
-    from graph.sim.usd import UsdGeom
-
-    return UsdGeom.XformOp.PrecisionDouble
+    kinds = UsdGeom.XformOp
+    vectors = {kinds.PrecisionDouble: Gf.Vec3d, kinds.PrecisionFloat: Gf.Vec3f, kinds.PrecisionHalf: Gf.Vec3h}
+    turns = {kinds.PrecisionDouble: Gf.Quatd, kinds.PrecisionFloat: Gf.Quatf, kinds.PrecisionHalf: Gf.Quath}
+    for name, add, types, value in (
+        ("translate", xformable.AddTranslateOp, vectors, old_translation if translation is None else translation),
+        ("orient", xformable.AddOrientOp, turns, old_orientation if orientation is None else orientation),
+        ("scale", xformable.AddScaleOp, vectors, lengths if scale is None else scale),
+    ):
+        declared = prim.GetAttribute(f"xformOp:{name}")
+        precision = kinds(declared).GetPrecision() if declared else kinds.PrecisionDouble
+        add(precision=precision).Set(types[precision](*map(float, value)))
 
 
 def _xformable(prim: Usd.Prim) -> Any:

@@ -59,6 +59,17 @@ class Car:
         )
         return (left, right), _within4(speeds, limit)
 
+    def ramped(
+        self, present: tuple[float, float], wanted: tuple[float, float], rates: tuple[float, float], dt: float
+    ) -> tuple[float, float]:
+        """Speed [m/s] and steering [rad] after `dt` [s] on the way to the wanted ones, each at its rate; 0: at once."""
+        speed, steering = _within(wanted[0], self.max_speed), _within(wanted[1], self.max_wheel_angle)
+        gain, swing = min(abs(rates[0]), self.max_acceleration), min(abs(rates[1]), self.max_steering_speed)
+        return (
+            ramped(present[0], speed, gain * abs(dt), SPEED_REACHED) if gain else speed,
+            ramped(present[1], steering, swing * abs(dt), ANGLE_REACHED) if swing else steering,
+        )
+
 
 def _angle(base: float, radius: float) -> float:
     """arctan(base / radius); a quarter turn if the wheel is beside the centre of the turn."""
@@ -140,14 +151,10 @@ def ackermann_controller(db: Database) -> bool:
     car = memory.car
     if car is None:
         car = memory.car = _read(db)
-    steering = _within(inputs.steeringAngle, car.max_wheel_angle)
-    speed = _within(inputs.speed, car.max_speed)
-    gain = min(abs(inputs.acceleration), car.max_acceleration)
-    swing = min(abs(inputs.steeringAngleVelocity), car.max_steering_speed)
-    dt = abs(inputs.dt)
-    if dt or not (gain or swing):
-        memory.speed = ramped(memory.speed, speed, gain * dt, SPEED_REACHED) if gain else speed
-        memory.steering = ramped(memory.steering, steering, swing * dt, ANGLE_REACHED) if swing else steering
+    rates = inputs.acceleration, inputs.steeringAngleVelocity
+    if inputs.dt or not any(rates):
+        wanted = inputs.speed, inputs.steeringAngle
+        memory.speed, memory.steering = car.ramped((memory.speed, memory.steering), wanted, rates, inputs.dt)
         angles, speeds = car.wheels(memory.speed, memory.steering)
         db.outputs.wheelAngles, db.outputs.wheelRotationVelocity = list(angles), list(speeds)
     else:

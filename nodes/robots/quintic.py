@@ -37,12 +37,18 @@ class Stance(NamedTuple):
 
 
 class Path(NamedTuple):
-    """Samples of a path in time: speeds [m/s], places [m], headings [rad]; each (n,)."""
+    """Samples of a path in time: speeds [m/s], places [m], headings [rad], times [s], changes of speed [m/s^2, m/s^3];
+    each (n,). within: whether it keeps the limits.
+    """
 
     speeds: Floats
     xs: Floats
     ys: Floats
     headings: Floats
+    times: Floats
+    accelerations: Floats
+    jerks: Floats
+    within: bool
 
 
 def coefficients(start: tuple[float, float, float], end: tuple[float, float, float], duration: float) -> Floats:
@@ -78,8 +84,10 @@ def plan_path(start: Stance, goal: Stance, max_acceleration: float, max_jerk: fl
         ]
         values = [[polyval(times, polyder(axis, order)) for axis in axes] for order in range(4)]
         (xs, ys), speeds, accelerations, jerks = values
-        path = Path(np.hypot(*speeds), xs, ys, np.arctan2(speeds[1], speeds[0]))
-        if np.hypot(*accelerations).max() <= max_acceleration and np.hypot(*jerks).max() <= max_jerk:
+        sizes = np.hypot(*accelerations), np.hypot(*jerks)
+        within = bool(sizes[0].max() <= max_acceleration and sizes[1].max() <= max_jerk)
+        path = Path(np.hypot(*speeds), xs, ys, np.arctan2(speeds[1], speeds[0]), times, *sizes, within)
+        if within:
             break
     assert path is not None
     return path
@@ -141,7 +149,7 @@ def quintic_path_planner(db: Database) -> None:
         start = Stance(x, y, heading(inputs.currentOrientation), inputs.initialVelocity, inputs.initialAccel)
         end = Stance(*goal, inputs.goalVelocity, inputs.goalAccel)
         memory.target = goal
-        memory.arrays = np.concatenate(plan_path(start, end, inputs.maxAccel, inputs.maxJerk, inputs.step))
+        memory.arrays = np.concatenate(plan_path(start, end, inputs.maxAccel, inputs.maxJerk, inputs.step)[:4])
     outputs.pathArrays, outputs.target, outputs.targetChanged = memory.arrays, memory.target, changed
     db.fire("execOut")
 

@@ -16,6 +16,7 @@ from graph.sim.usd import UsdPhysics
 
 from .articulation_properties import Properties
 from .prim_base import XformPrim
+from .xforms import world_parts
 
 __all__ = ["Articulation"]
 
@@ -115,6 +116,13 @@ class Articulation(Properties, XformPrim):
     def is_physics_tensor_entity_valid(self) -> bool:
         return app().physics is not None
 
+    def get_world_poses(self, *, indices: Any = None) -> tuple[Result, Result]:
+        """Of the base link while physics moves it, which the wrapped prim does not follow; else of the prim."""
+        chosen = numbers(indices, len(self))
+        links = self.link_paths if any(self._live(one) is not None for one in chosen) else []
+        found = [world_parts(links[one][0] if links and links[one] else self.paths[one]) for one in chosen]
+        return result([one for one, _ in found]), result([one for _, one in found])
+
     # -- states --------------------------------------------------------------------------------------------------------
 
     def _read(self, what: str, indices: Any, dofs: Any) -> Result:
@@ -185,9 +193,11 @@ class Articulation(Properties, XformPrim):
 
     def set_dof_positions(self, positions: Any, *, indices: Any = None, dof_indices: Any = None) -> None:
         self._place("set_positions", positions, indices, dof_indices)
+        self._command("positions", positions, indices, dof_indices)  # or a drive pulls the joints back
 
     def set_dof_velocities(self, velocities: Any, *, indices: Any = None, dof_indices: Any = None) -> None:
         self._place("set_velocities", velocities, indices, dof_indices)
+        self._command("velocities", velocities, indices, dof_indices)
 
     def _place(self, call: str, values: Any, indices: Any, dofs: Any) -> None:
         chosen = numbers(indices, len(self))

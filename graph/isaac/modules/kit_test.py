@@ -12,7 +12,14 @@ import numpy as np
 
 from graph.isaac.session import kit
 
-__all__ = ["AsyncTestCase", "AsyncTestCaseFailOnLogError", "OmniGraphTestCase", "load_test_file", "verify_values"]
+__all__ = [
+    "AsyncTestCase",
+    "AsyncTestCaseFailOnLogError",
+    "OmniGraphTestCase",
+    "OmniUiTest",
+    "load_test_file",
+    "verify_values",
+]
 
 
 class AsyncTestCase(TestCase):
@@ -35,6 +42,10 @@ class AsyncTestCase(TestCase):
 
 class AsyncTestCaseFailOnLogError(AsyncTestCase):
     fail_on_log_error = True
+
+
+class OmniUiTest(AsyncTestCase):
+    """A case for widgets; there are none, so that only what needs no window runs."""
 
 
 class OmniGraphTestCase(AsyncTestCase):

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from graph.isaac.results import result, rows
+from graph.isaac.results import rows
 
 from . import articulation
 from .old_prims import Robot
@@ -43,25 +43,6 @@ def wheel_speeds(command: Any, radius: float, base: float, linear: float, angula
     return [float(np.clip(side, -wheel, wheel)) for side in sides]
 
 
-class DifferentialController(BaseController):
-    def __init__(
-        self,
-        name: str = "differential",
-        wheel_radius: float = 0.0,
-        wheel_base: float = 0.0,
-        max_linear_speed: float = 1e20,
-        max_angular_speed: float = 1e20,
-        max_wheel_speed: float = 1e20,
-    ) -> None:
-        super().__init__(name)
-        if wheel_radius <= 0 or wheel_base <= 0:
-            raise ValueError("give wheel_radius and wheel_base above 0")
-        self._shape = wheel_radius, wheel_base, max_linear_speed, max_angular_speed, max_wheel_speed
-
-    def forward(self, command: Any) -> ArticulationAction:
-        return ArticulationAction(joint_velocities=wheel_speeds(command, *self._shape))
-
-
 class ExperimentalDifferentialController:
     def __init__(
         self,
@@ -72,13 +53,41 @@ class ExperimentalDifferentialController:
         max_angular_speed: float = 1e20,
         max_wheel_speed: float = 1e20,
     ) -> None:
-        self._shape = wheel_radius, wheel_base, max_linear_speed, max_angular_speed, max_wheel_speed
+        if wheel_radius <= 0 or wheel_base <= 0:
+            raise ValueError("give wheel_radius and wheel_base above 0")
+        self.wheel_radius, self.wheel_base, self.max_wheel_speed = wheel_radius, wheel_base, max_wheel_speed
+        self.max_linear_speed, self.max_angular_speed = max_linear_speed, max_angular_speed
 
     def forward(self, command: Any) -> Any:
-        return result([wheel_speeds(command, *self._shape)])
+        """(2,) speeds of the left and the right wheel [rad/s] for a speed [m/s] and a turn rate [rad/s]."""
+        limits = (self.max_linear_speed, self.max_angular_speed, self.max_wheel_speed)
+        return np.array(wheel_speeds(command, self.wheel_radius, self.wheel_base, *limits))
 
     def reset(self) -> None:
         return None
+
+
+class DifferentialController(ExperimentalDifferentialController, BaseController):
+    def __init__(
+        self,
+        name: str = "differential",
+        wheel_radius: float = 0.0,
+        wheel_base: float = 0.0,
+        max_linear_speed: float = 1e20,
+        max_angular_speed: float = 1e20,
+        max_wheel_speed: float = 1e20,
+    ) -> None:
+        BaseController.__init__(self, name)
+        super().__init__(
+            wheel_radius=wheel_radius,
+            wheel_base=wheel_base,
+            max_linear_speed=max_linear_speed,
+            max_angular_speed=max_angular_speed,
+            max_wheel_speed=max_wheel_speed,
+        )
+
+    def forward(self, command: Any) -> ArticulationAction:
+        return ArticulationAction(joint_velocities=super().forward(command))
 
 
 class WheelBasePoseController(BaseController):
@@ -124,6 +133,8 @@ class WheeledRobot(Robot):
     ) -> None:
         from graph.isaac.session import app
 
+        if wheel_dof_names is None and wheel_dof_indices is None:
+            raise ValueError("give wheel_dof_names or wheel_dof_indices")
         prim = app().stage.GetPrimAtPath(prim_path)
         if not prim and create_robot and usd_path:
             prim = app().stage.DefinePrim(prim_path, "Xform")
@@ -159,15 +170,32 @@ class WheeledRobot(Robot):
 
 
 class ExperimentalWheeledRobot(articulation.Articulation):
-    def __init__(self, paths: Any, *, wheel_dof_names: Any = None, usd_path: str | None = None, **pose: Any) -> None:
+    def __init__(
+        self,
+        paths: Any,
+        *,
+        wheel_dof_names: Any = None,
+        wheel_dof_indices: Any = None,
+        usd_path: str | None = None,
+        **pose: Any,
+    ) -> None:
         from graph.isaac.session import app
 
+        if wheel_dof_names is None and wheel_dof_indices is None:
+            raise ValueError("give wheel_dof_names or wheel_dof_indices")
         path = paths if isinstance(paths, str) else paths[0]
         if usd_path is not None and not app().stage.GetPrimAtPath(path):
             refer(app().stage.DefinePrim(path, "Xform"), usd_path)
         super().__init__(paths, **pose)
-        self._wheels = list(wheel_dof_names or [])
+        self._wheel_names = wheel_dof_names
+        self._wheels = None if wheel_dof_indices is None else [int(one) for one in wheel_dof_indices]
+
+    def _resolve_wheel_dof_indices(self) -> list[int]:
+        if self._wheels is None:
+            self._wheels = [int(one) for one in self.get_dof_indices(list(self._wheel_names)).reshape(-1)]
+        return self._wheels
 
     def apply_wheel_actions(self, velocities: Any) -> None:
-        values = rows(velocities, len(self), len(self._wheels), "velocities")
-        self.set_dof_velocity_targets(values, dof_indices=self.get_dof_indices(self._wheels))
+        wheels = self._resolve_wheel_dof_indices()
+        values = rows(velocities, len(self), len(wheels), "velocities")
+        self.set_dof_velocity_targets(values, dof_indices=wheels)

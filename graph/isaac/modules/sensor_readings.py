@@ -143,6 +143,9 @@ class _Sensor:
     def on_timeline_stop(self) -> None:
         self.reset()
 
+    def _stage_open_callback_fn(self, event: Any = None) -> None:
+        self.reset()
+
 
 class _Authored(_Sensor):
     """A sensor with a prim of its own, given by its path or by the object that authors it."""
@@ -166,6 +169,7 @@ class IMUSensor(_Authored):
         self._unit: InertialUnit | None = None
         self._follow()
         app().on("play", self._follow)
+        app().on("stage_closing", self.reset)
 
     @property
     def imu(self) -> IMU:
@@ -218,7 +222,8 @@ class ContactSensor(_Authored):
 
     def __init__(self, path: Any) -> None:
         super().__init__(path)
-        self._raw = False
+        self._data: dict[str, Any] = {}
+        """What `get_data` gives: one dictionary, as the original's; it is filled again by each call."""
 
     @property
     def contact(self) -> Contact:
@@ -248,23 +253,21 @@ class ContactSensor(_Authored):
         return contacts
 
     def get_data(self) -> dict[str, Any]:
-        prim, one = self._prim(), self.get_sensor_reading()
+        prim, one, data = self._prim(), self.get_sensor_reading(), self._data
         if prim is None:
-            return {"time": 0.0, "physics_step": 0.0, **({"contacts": []} if self._raw else {})}
+            data.update(time=0.0, physics_step=0.0)
+            return data
         contacts = contacts_at(prim)[1]
-        return {
-            **self._frame,
-            "in_contact": one.in_contact,
-            "force": one.value,
-            "number_of_contacts": len(contacts),
-            **({"contacts": contacts} if self._raw else {}),
-        }
+        data.update(self._frame, in_contact=one.in_contact, force=one.value, number_of_contacts=len(contacts))
+        if "contacts" in data:
+            data["contacts"] = contacts
+        return data
 
     def add_raw_contact_data_to_frame(self) -> None:
-        self._raw = True
+        self._data["contacts"] = []
 
     def remove_raw_contact_data_from_frame(self) -> None:
-        self._raw = False
+        self._data.pop("contacts", None)
 
 
 def contacts_at(prim: Any) -> tuple[float, list[dict[str, Any]]]:

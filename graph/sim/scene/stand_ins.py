@@ -1,4 +1,4 @@
-"""Stand-ins for the most used assets of Isaac Sim: floors, rooms, a warehouse, blocks, a Franka and a Jetbot.
+"""Stand-ins for the most used assets of Isaac Sim: floors, rooms, a warehouse, blocks, and the robots of examples.
 
 Joints have the names, axes and limits of the originals; shapes are boxes and capsules, and sizes of rooms are ours.
 """
@@ -34,6 +34,10 @@ FLANGE, HAND_TURN, FINGERS_AT, FINGERS_APART = 0.107, -45.0, 0.0584, 0.04
 ROOM, ROOM_HEIGHT = (8.0, 8.0), 3.0
 HALL, HALL_HEIGHT = (20.0, 30.0), 9.0
 WHEEL_RADIUS, WHEEL_DISTANCE = 0.03, 0.1125
+SLOW, QUICK = (1e4, 1e4, 1e9), (1e6, 2e4, 1e9)
+"""Stiffness, damping and highest force of drives that reach targets in seconds, or at once [N m, N, deg, m, s]."""
+GROUND_OF_ANT = -0.78
+"""The height of the ground below an ant at the origin [m]."""
 
 
 def stand_in(tail: str) -> StandIn | None:
@@ -84,9 +88,9 @@ def _walls(stage: Any, size: tuple[float, float], height: float) -> None:
 
 
 def _block(stage: Any) -> Any:
-    root = UsdGeom.Xform.Define(stage, "/block").GetPrim()
-    _box(stage, "/block/shape", (0.05, 0.05, 0.05), (0, 0, 0))
-    _body(root, 0.1)
+    root = UsdGeom.Xform.Define(stage, "/Root").GetPrim()
+    _box(stage, "/Root/Cube", (0.05, 0.05, 0.05), (0, 0, 0))
+    _body(stage.GetPrimAtPath("/Root/Cube"), 0.1)
     return root
 
 
@@ -217,6 +221,115 @@ def _jetbot(stage: Any) -> Any:
     return root
 
 
+def _articulation(stage: Any) -> Any:
+    """A fixed pivot, an arm that turns about z, and a slider on the arm: the arm's load is 2 kg at 1 m."""
+    return _pivot_arm(stage, "RevoluteJoint", SLOW)
+
+
+def _three_joints(stage: Any) -> Any:
+    """The same arm, with a second turning link on the slider."""
+    root = _pivot_arm(stage, "CenterRevoluteJoint", QUICK)
+    _bar(stage, "DistalPivot", 1.5, (0.4, 0.1, 0.1), 0.5)
+    joint = UsdPhysics.RevoluteJoint.Define(stage, "/Articulation/DistalPivot/DistalRevoluteJoint")
+    _joined(joint, "/Articulation/Slider", "/Articulation/DistalPivot", _frame((0.5, 0, 0), (0, 0, 1), 0.0))
+    joint.CreateAxisAttr("Z")
+    _drive(joint, "angular", *QUICK)
+    return root
+
+
+def _pivot_arm(stage: Any, name: str, drive: Numbers) -> Any:
+    root = UsdGeom.Xform.Define(stage, "/Articulation").GetPrim()
+    UsdPhysics.ArticulationRootAPI.Apply(root)
+    root.CreateAttribute("physxArticulation:enabledSelfCollisions", Sdf.ValueTypeNames.Bool).Set(False)
+    for link, at, size in (
+        ("CenterPivot", 0.0, (0.1, 0.1, 0.1)),
+        ("Arm", 1.0, (2.0, 0.1, 0.1)),
+        ("Slider", 1.0, (0.2, 0.2, 0.08)),
+    ):
+        _bar(stage, link, at, size, 1.0)
+    base = UsdPhysics.FixedJoint.Define(stage, "/Articulation/CenterPivot/FixedJoint")
+    base.CreateBody1Rel().SetTargets(["/Articulation/CenterPivot"])
+    turning = UsdPhysics.RevoluteJoint.Define(stage, f"/Articulation/Arm/{name}")
+    turning.CreateBody0Rel().SetTargets(["/Articulation/CenterPivot"])
+    turning.CreateBody1Rel().SetTargets(["/Articulation/Arm"])
+    turning.CreateLocalPos1Attr(Gf.Vec3f(-1, 0, 0))
+    turning.CreateAxisAttr("Z")
+    _drive(turning, "angular", *drive)
+    sliding = UsdPhysics.PrismaticJoint.Define(stage, "/Articulation/Slider/PrismaticJoint")
+    _joined(sliding, "/Articulation/Arm", "/Articulation/Slider", _frame((0, 0, 0), (0, 0, 1), 0.0))
+    sliding.CreateAxisAttr("X")
+    sliding.CreateLowerLimitAttr(-1.0)
+    sliding.CreateUpperLimitAttr(1.0)
+    _drive(sliding, "linear", *drive)
+    return root
+
+
+def _bar(stage: Any, name: str, at: float, size: Numbers, mass: float) -> None:
+    """A link of the pivot arm: a box whose centre is on the x axis."""
+    link = UsdGeom.Xform.Define(stage, f"/Articulation/{name}")
+    link.AddTranslateOp().Set(Gf.Vec3d(at, 0, 0))
+    link.AddOrientOp().Set(Gf.Quatf(1))
+    link.AddScaleOp().Set(Gf.Vec3f(1))
+    _body(link.GetPrim(), mass)
+    _box(stage, f"/Articulation/{name}/shape", size, (0, 0, 0))
+
+
+def _ant(stage: Any) -> Any:
+    """A ball on four legs of two links each, in centimetres scaled by 0.01, and the ground below it."""
+    _ground(stage)
+    UsdGeom.XformCommonAPI(stage.GetPrimAtPath("/World/GroundPlane")).SetTranslate((0, 0, GROUND_OF_ANT))
+    root = UsdGeom.Xform.Define(stage, "/Ant").GetPrim()
+    UsdPhysics.ArticulationRootAPI.Apply(root)
+    root.CreateAttribute("physxArticulation:enabledSelfCollisions", Sdf.ValueTypeNames.Bool).Set(False)
+    ball = UsdGeom.Sphere.Define(stage, "/Ant/Sphere")
+    ball.CreateRadiusAttr(25.0)
+    _limb(ball, Gf.Matrix4d(1.0), 2.0)
+    for number in range(4):
+        side = _frame((0, 0, 0), (0, 0, 1), 90.0 * number)
+        arm = f"/Ant/Arm_{number + 1:02d}"
+        UsdGeom.Xform.Define(stage, arm)
+        upper, lower = (UsdGeom.Capsule.Define(stage, f"{arm}/{name}") for name in ("Upper_Arm", "Lower_Arm"))
+        bent = _frame((0.4, 0, 0), (0, 1, 0), 0.0) * _frame((0.6, 0, 0), (0, 1, 0), 60.0)
+        for limb, height, pose in ((upper, 30.0, _frame((0.4, 0, 0), (0, 1, 0), 0.0)), (lower, 80.0, bent)):
+            limb.CreateAxisAttr("X")
+            limb.CreateRadiusAttr(8.0)
+            limb.CreateHeightAttr(height)
+            _limb(limb, pose * side, 0.25)
+        for name, axis, ends, at in (
+            ("Upper_Arm/shoulder_joint", "Z", (ball, upper), _frame((0.2, 0, 0), (0, 1, 0), 0.0) * side),
+            ("Lower_Arm/lower_arm_joint", "Y", (upper, lower), _frame((0.6, 0, 0), (0, 1, 0), 0.0) * side),
+        ):
+            joint = UsdPhysics.RevoluteJoint.Define(stage, f"{arm}/{name}")
+            joint.CreateAxisAttr(axis)
+            _between(joint, *ends, at)
+            joint.CreateLowerLimitAttr(-60.0)
+            joint.CreateUpperLimitAttr(60.0)
+            _drive(joint, "angular", 10.0, 1.0, 100.0)
+    return root
+
+
+def _limb(shape: Any, pose: Any, mass: float) -> None:
+    """Makes a shape in centimetres a solid body at a pose [m]."""
+    shape.AddTranslateOp().Set(pose.ExtractTranslation())
+    shape.AddOrientOp().Set(Gf.Quatf(pose.ExtractRotationQuat()))
+    shape.AddScaleOp().Set(Gf.Vec3f(0.01))
+    UsdPhysics.CollisionAPI.Apply(shape.GetPrim())
+    _body(shape.GetPrim(), mass)
+
+
+def _between(joint: Any, parent: Any, child: Any, frame: Any) -> None:
+    """Joins two bodies at a frame of the world."""
+    for body, targets, position, rotation in (
+        (parent, joint.CreateBody0Rel(), joint.CreateLocalPos0Attr(), joint.CreateLocalRot0Attr()),
+        (child, joint.CreateBody1Rel(), joint.CreateLocalPos1Attr(), joint.CreateLocalRot1Attr()),
+    ):
+        pose = body.ComputeLocalToWorldTransform(0)
+        targets.SetTargets([body.GetPath()])
+        position.Set(Gf.Vec3f(pose.GetInverse().Transform(frame.ExtractTranslation())))
+        turn = (frame * pose.GetOrthonormalized().GetInverse()).ExtractRotationQuat()
+        rotation.Set(Gf.Quatf(turn))
+
+
 KNOWN: tuple[tuple[str, Callable[[Any], Any], str], ...] = (
     (r"/Environments/Grid/", _ground, "an endless ground plane"),
     (r"/Environments/Simple_Room/", _room, "a room of 8 x 8 m with a table"),
@@ -224,5 +337,8 @@ KNOWN: tuple[tuple[str, Callable[[Any], Any], str], ...] = (
     (r"/Props/Blocks/", _block, "a cube of 5 cm"),
     (r"/Robots/(FrankaRobotics/FrankaPanda|Franka)/franka[^/]*$", _franka, "an arm with its 9 joints, links as boxes"),
     (r"/Robots/(NVIDIA/)?Jetbot/jetbot[^/]*$", _jetbot, "a box on its two driven wheels"),
+    (r"/SimpleArticulation/simple_articulation[^/]*$", _articulation, "an arm on a fixed pivot, and a slider on it"),
+    (r"/SimpleArticulation/articulation_3_joints[^/]*$", _three_joints, "the arm and slider, and a second arm on it"),
+    (r"/Robots/IsaacSim/Ant/ant_colored[^/]*$", _ant, "a ball on four legs of two links each, and a ground plane"),
 )
 """Patterns of asset paths, what makes their stand-ins, and these in words."""

@@ -11,8 +11,10 @@ from graph.cli.main import main
 from graph.sim import App
 from graph.sim.scene.assets import missing_above
 from graph.sim.scene.stage import open_stage
+from graph.sim.usd import UsdGeom, UsdPhysics
 from sensors.configs.catalog import assets, find
 from sensors.lidar.prim import read_config
+from sensors.xform import place
 
 ROOT = "omniverse://localhost/NVIDIA/Assets/Isaac/6.0"
 GROUND = f"{ROOT}/Isaac/Environments/Grid/default_environment.usd"
@@ -94,7 +96,13 @@ def test_a_variant_of_a_sensor_asset_is_chosen_as_in_the_original(tmp_path):
         ("Environments/Grid/default_environment.usd", "GroundPlane", "Plane"),
         ("Environments/Simple_Room/simple_room.usd", "wall_east", "Cube"),
         ("Environments/Simple_Warehouse/full_warehouse.usd", "rack_0_shelf_0", "Cube"),
-        ("Props/Blocks/basic_block.usd", "shape", "Cube"),
+        ("Props/Blocks/basic_block.usd", "Cube", "Cube"),
+        ("Robots/IsaacSim/Ant/ant_colored.usd", "Arm_04/Lower_Arm/lower_arm_joint", "PhysicsRevoluteJoint"),
+        (
+            "Robots/IsaacSim/SimpleArticulation/simple_articulation.usd",
+            "Slider/PrismaticJoint",
+            "PhysicsPrismaticJoint",
+        ),
         ("Robots/NVIDIA/Jetbot/jetbot.usd", "chassis/left_wheel_joint", "PhysicsRevoluteJoint"),
         ("Robots/FrankaRobotics/FrankaPanda/franka.usd", "panda_link6/panda_joint7", "PhysicsRevoluteJoint"),
     ],
@@ -206,3 +214,40 @@ def test_the_command_lists_the_assets_in_the_texts_of_a_script(tmp_path, capsys)
         robot: ("missing", "--asset-root /Isaac=DIR"),
         grid: ("stand-in", "an endless ground plane"),
     }
+
+
+def test_the_pivot_arm_is_a_load_of_two_kilograms_at_a_metre(tmp_path):
+    asset = f"{ROOT}/Isaac/Robots/IsaacSim/SimpleArticulation/simple_articulation.usd"
+    stage, _ = opened(scene(tmp_path, asset))
+    stage.GetPrimAtPath("/P0/Arm/RevoluteJoint").GetAttribute("physics:axis").Set("Y")
+    with App(stage) as app:
+        app.play()
+        app.update(steps=4)
+        efforts = app.simulation.tensors.joint_efforts
+        # Arm and slider, 1 kg each, with their centres 1 m from the joint: 2 kg x 1 m x 9.81 m/s2, against gravity.
+        assert efforts[0] == pytest.approx(-19.62, abs=0.05)
+
+
+def test_the_ant_stands_on_four_legs_whose_tips_bear_its_weight(tmp_path):
+    file = scene(tmp_path, f"{ROOT}/Isaac/Robots/IsaacSim/Ant/ant_colored.usd")
+    stage, _ = opened(file)
+    plane = UsdGeom.Plane.Define(stage, "/Ground")
+    plane.AddTranslateOp().Set((0, 0, -0.78))
+    UsdPhysics.CollisionAPI.Apply(plane.GetPrim())
+    with App(stage) as app:
+        app.play()
+        app.update(steps=120)
+        held = app.physics.contacts()
+        forces = [abs(force[2]) for force in held.forces]
+        # A ball of 2 kg and eight links of 0.25 kg: 4 kg.
+        assert (len(forces), sum(forces)) == (4, pytest.approx(4 * 9.81, rel=0.02))
+
+
+def test_a_pose_over_a_referenced_prim_keeps_the_precision_of_its_ops(tmp_path):
+    stage, _ = opened(scene(tmp_path, f"{ROOT}/Isaac/Props/Blocks/basic_block.usd"))
+    block = stage.GetPrimAtPath("/P0/Cube")
+    place(block, positions=np.array([1.0, 2.0, 3.0]), scales=np.array([2.0, 2.0, 2.0]))
+    ops = UsdGeom.Xformable(block).GetOrderedXformOps()
+    assert [str(op.GetAttr().GetTypeName()) for op in ops] == ["double3", "quatd", "float3"]
+    assert tuple(ops[0].Get()) == (1, 2, 3)
+    assert tuple(ops[2].Get()) == (2, 2, 2)
