@@ -1,14 +1,18 @@
 """The examples cannot rot: each file in graphs/ loads, checks and runs, and the yard is what its script writes."""
 
+import contextlib
+import io
 import json
 import subprocess
 import sys
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
+from graph.cli.main import main
 from tests.support.places import ROOT
 
 FILES = sorted(
@@ -22,8 +26,11 @@ FRONT = "/World/Robot/Chassis/front_lidar"
 
 
 def graph(*arguments):
-    command = [sys.executable, "-m", "graph", *map(str, arguments)]
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    """Exit code, output and errors of the command, in this process: the libraries are loaded once for all examples."""
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        code = main([*map(str, arguments)])
+    return SimpleNamespace(code=code, out=out.getvalue(), err=err.getvalue())
 
 
 def test_there_are_examples():
@@ -33,7 +40,7 @@ def test_there_are_examples():
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_an_example_checks_without_a_word_of_complaint(path):
     done = graph("check", path)
-    assert (done.returncode, done.stderr) == (0, "")
+    assert (done.code, done.err) == (0, "")
 
 
 EXTENT = {"arm": (150, 0.6), "zero_delay": (30, 0.5), "radar_gate": (122, 122 / 240)}
@@ -44,8 +51,8 @@ update; the product: 2 steps more."""
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_an_example_runs_and_everything_it_wires_speaks(path, tmp_path):
     done = graph("run", path, "--updates", 30, "--strict", "--json", "--out", tmp_path)
-    assert done.returncode == 0, done.stderr
-    report = json.loads(done.stdout)
+    assert done.code == 0, done.err
+    report = json.loads(done.out)
     assert report["updates"] == 30
     steps, seconds = EXTENT.get(path.stem, (120, 0.5))
     assert report["physics_steps"] == steps
@@ -57,7 +64,7 @@ def test_an_example_runs_and_everything_it_wires_speaks(path, tmp_path):
 
 
 def test_without_delay_pictures_and_transforms_of_an_update_carry_one_stamp(tmp_path):
-    assert graph("run", ROOT / "graphs" / "zero_delay.yaml", "--updates", 5, "--out", tmp_path).returncode == 0
+    assert graph("run", ROOT / "graphs" / "zero_delay.yaml", "--updates", 5, "--out", tmp_path).code == 0
     stamps: dict[str, list[int]] = {}
     with AnyReader([tmp_path / "run.mcap"], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
         for connection, _, data in reader.messages():
@@ -135,8 +142,8 @@ def test_the_motion_modes_show_a_passing_ball_as_their_comments_say():
 
 def test_the_quickstart_gives_the_fifty_scans_that_its_comments_promise():
     done = graph("run", ROOT / "graphs" / "quickstart.yaml", "--json")
-    assert done.returncode == 0, done.stderr
-    report = json.loads(done.stdout)
+    assert done.code == 0, done.err
+    report = json.loads(done.out)
     assert report["updates"] == 300
     lidar = report["sensors"]["/World/Lidar"]
     assert (lidar["frames"], lidar["first_frame_ns"], lidar["last_frame_ns"]) == (50, 0, 4_900_000_000)
@@ -146,7 +153,7 @@ def test_the_yards_recording_is_the_same_to_the_byte_whatever_the_number_of_ray_
     for threads in (1, 2):
         out = tmp_path / str(threads)
         done = graph("run", YARD, "--updates", 20, "--out", out, f"--/tickgraph/rayThreads={threads}")
-        assert done.returncode == 0, done.stderr
+        assert done.code == 0, done.err
     first, second = ((tmp_path / name / "run.mcap").read_bytes() for name in ("1", "2"))
     assert first == second
     assert len(first) > 1_000_000
@@ -157,8 +164,8 @@ def yard_run(tmp_path_factory):
     """The main example as `make run` runs it, once for all tests below."""
     out = tmp_path_factory.mktemp("yard")
     done = graph("run", YARD, "--out", out, "--json", "--strict")
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout), out
+    assert done.code == 0, done.err
+    return json.loads(done.out), out
 
 
 def test_the_yards_sensors_deliver_what_their_schedules_say(yard_run):
