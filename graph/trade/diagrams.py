@@ -13,6 +13,7 @@ from typing import Any
 
 from graph.sim.fidelity import KNOBS
 
+from .float32 import KINDS, POINTS
 from .meter import PARTS
 from .metrics import LEADING, METRICS
 from .outcome import OK, Outcome, Row
@@ -83,6 +84,24 @@ def parts(outcome: Outcome) -> bytes:
     axis.tick_params(labelsize=8)
     axis.spines[["top", "right"]].set_visible(False)
     figure.legend(loc="outside lower center", ncols=len(PARTS), fontsize=8)
+    return png(figure)
+
+
+def growth(outcome: Outcome) -> bytes:
+    """How far physics in float32 on a device is from MuJoCo's, over time, as a PNG."""
+    figure = sheet(INCH[0] * len(KINDS), INCH[1])
+    axes = figure.subplots(1, len(KINDS))
+    for row in outcome.rows:
+        if row.float32 is None or len(row.float32.times) < 2:
+            continue
+        times, until = row.float32.growth(POINTS)
+        for axis, (kind, unit) in zip(axes, KINDS.items(), strict=True):
+            axis.set_title(f"largest difference of a {kind} until then [{unit}]", fontsize=8.5, loc="left")
+            axis.set_xlabel("simulated time [s]", fontsize=8)
+            axis.set_yscale("log")
+            if kind in until:
+                axis.plot(times, until[kind], label=_name(row))
+    axes[0].legend(fontsize=8)
     return png(figure)
 
 

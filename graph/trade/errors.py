@@ -43,5 +43,7 @@ def errors_of(run: Measured, reference: Measured, horizon: Horizon) -> Errors:
     both = bodies.pair(run.bodies, reference.bodies, horizon.time)
     if both is not None:
         found |= bodies.values_of(both)
+    if run.float32 is not None:
+        found |= run.float32.errors(horizon.time)
     found |= sights.values_of(run.sensors, reference.sensors, horizon.time)
     return {name: value for name, value in found.items() if value is not None}

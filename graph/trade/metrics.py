@@ -33,6 +33,7 @@ class Metric:
 
 
 _BODIES, _CONTACTS = "a body that moves", "a body that moves and touches something"
+_DEVICE = "`device` among what is varied, and a body that moves"
 _FAST = "a body that moves faster than 0.1 m/s"
 _LIDAR, _RADAR, _CAMERA, _ANY = (
     f"{what} that something in the graphs reads" for what in ("a lidar", "a radar", "a camera", "a sensor")
@@ -56,6 +57,15 @@ ERRORS: dict[str, Metric] = {
     "contact.creep_max": Metric(
         "m/s", "speed of bodies that rest in the reference, second half", _CONTACTS, alone=True
     ),
+    "float32.position_max": Metric(
+        "m",
+        "the run's physics in float32 on its device against MuJoCo's: largest distance of a body",
+        _DEVICE,
+        alone=True,
+    ),
+    "float32.position_final": Metric("m", "the same at the end", _DEVICE, alone=True),
+    "float32.orientation_max": Metric("rad", "the same: largest angle of a body", _DEVICE, alone=True),
+    "float32.joint_max": Metric("rad", "the same: largest of a joint (slides: m)", f"{_DEVICE} on a joint", alone=True),
     "lidar.range_p50": Metric("m", "difference of the range of a return of the same firing and prim: median", _LIDAR),
     "lidar.range_p99": Metric("m", "difference of the range of a return, 99th percentile", _LIDAR),
     "lidar.range_max": Metric("m", "difference of the range of a return, largest", _LIDAR),
@@ -92,6 +102,7 @@ METRICS: dict[str, Metric] = {**ERRORS, **COSTS}
 LEADING = (
     "lidar.range_p99",
     "body.position_max",
+    "float32.position_max",
     "camera.depth_p99",
     "radar.recall",
     "contact.creep_max",

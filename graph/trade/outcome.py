@@ -11,6 +11,7 @@ from functools import cached_property
 from typing import Any
 
 from .errors import Errors, Horizon
+from .float32 import Float32
 from .meter import PARTS, Cost
 from .metrics import COSTS, ERRORS, LEADING, METRICS
 from .study import Setting, Study
@@ -41,7 +42,8 @@ class Row:
     """One run: its errors and timed runs. status: one of those above; why: the reason for another than "ok".
 
     also: other settings that are the same run, for they agree in every knob that it reads. warnings: codes of the
-    warnings of its run. frames: of all its sensors, per simulated second. read: the knobs that it reads.
+    warnings of its run. frames: of all its sensors, per simulated second. read: the knobs that it reads. float32: see
+    `Measured`.
     """
 
     setting: Setting
@@ -53,6 +55,7 @@ class Row:
     frames: float | None = None
     also: list[Setting] = field(default_factory=list)
     read: frozenset[str] = frozenset()
+    float32: Float32 | None = None
 
     @property
     def settings(self) -> tuple[Setting, ...]:
@@ -63,12 +66,12 @@ class Row:
         """Takes the figures of a measured run."""
         self.status, self.why = run.status or OK, run.ended
         self.errors = errors if self.status == OK else {}
-        self.warnings, self.frames, self.read = run.warnings, run.frames, run.read
+        self.warnings, self.frames, self.read, self.float32 = run.warnings, run.frames, run.read, run.float32
 
     def copy(self, other: Row) -> None:
         """Takes the figures of another row that is the same run."""
         self.status, self.why, self.errors = other.status, other.why, other.errors
-        self.warnings, self.frames, self.read = other.warnings, other.frames, other.read
+        self.warnings, self.frames, self.read, self.float32 = other.warnings, other.frames, other.read, other.float32
 
     def is_timed(self, repeat: int) -> bool:
         """Whether nothing is left to be timed."""

@@ -12,6 +12,7 @@ from typing import Any
 
 from graph.sim.fidelity import KNOBS
 
+from .float32 import POINTS, Float32
 from .meter import PARTS, Cost
 from .metrics import METRICS
 from .outcome import Outcome, Row, columns_of
@@ -62,6 +63,7 @@ def as_dict(outcome: Outcome) -> dict[str, Any]:
                 "front": [name for name, front in fronts.items() if row in front],
                 "unresolved": [name for name in names if outcome.unresolved(row, name)],
                 "warnings": list(row.warnings),
+                **({} if row.float32 is None else {"float32": _growth(row.float32)}),
             }
             for row in outcome.rows
             for setting in row.settings
@@ -128,6 +130,17 @@ def _costs(row: Row) -> dict[str, Any] | None:
         "start": row.start,
         "parts": {name: _pair(one) for name, one in row.parts.items()},
         "runs": [_pair(one.whole) for one in row.timed],
+    }
+
+
+def _growth(found: Float32) -> dict[str, Any]:
+    """The largest differences until each of some times."""
+    times, until = found.growth(POINTS)
+    return {
+        "times": times.tolist(),
+        **{kind: [*map(_number, apart.tolist())] for kind, apart in until.items()},
+        "ended": found.ended,
+        "without": list(found.without),
     }
 
 

@@ -6,7 +6,7 @@ from html import escape
 
 from graph.base.html import page_of, picture, table_of
 
-from .diagrams import diagrams, overview, parts
+from .diagrams import diagrams, growth, overview, parts
 from .metrics import METRICS
 from .outcome import Outcome, columns_of
 from .outputs import block
@@ -28,6 +28,8 @@ def page(outcome: Outcome) -> str:
     body += ["<h2>Where the time goes</h2>", picture(parts(outcome), "processor time by part")]
     if len(outcome.shown) > 1:
         body += ["<h2>Every error that differs</h2>", picture(diagrams(outcome, outcome.shown), "all diagrams")]
+    if any(row.float32 is not None and len(row.float32.times) > 1 for row in outcome.rows):
+        body += ["<h2>Physics in float32 against MuJoCo</h2>", picture(growth(outcome), "difference over time")]
     rows = [(name, METRICS[name].unit, METRICS[name].doc) for name in columns_of(outcome)]
     body += ["<h2>What the names mean</h2>", table_of(("metric", "unit", "meaning"), rows, text=(0, 1, 2))]
     return page_of(title, body)

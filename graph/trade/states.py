@@ -51,10 +51,11 @@ class StateLog:
     """Records the bodies of an App that has begun to play, from now on, after each physics step.
 
     duration: about how long it will run [s]. If bodies are added or removed meanwhile, later states are left out.
+    also: called whenever a state is recorded.
     """
 
-    def __init__(self, app: App, duration: float) -> None:
-        self._app = app
+    def __init__(self, app: App, duration: float, also: Callable[[], None] = tuple) -> None:
+        self._app, self._also = app, also
         self._engine: PhysicsEngine | None = app.physics
         self._rows: list[tuple[float, Floats, Floats, Floats, float, NDArray[np.bool_]]] = []
         self._until = 0
@@ -93,6 +94,7 @@ class StateLog:
                 touching,
             )
         )
+        self._also()
 
     def trajectory(self) -> Trajectory | None:
         """What was recorded, before the App closes; None if nothing can move."""

@@ -18,6 +18,7 @@ from graph.base.outputs import remove
 from graph.sim.fidelity import KNOBS, Fidelity
 from sensors.channels import STABLE_IDS
 
+from .float32 import Float32, Float32Log, float32_log
 from .meter import Cost, Meter, MeteredSink
 from .readings import OTHER, SORTS, ReadingLog, Readings
 from .states import StateLog, Trajectory
@@ -41,7 +42,7 @@ class Measured:
     warnings: the codes of its warnings. started: simulation time [s] at which every sensor had given a frame, 0 if one
     never did. opening: processor time until it played [s], pace: of a simulated second after that [s]. period: of the
     slowest sensor [s], 0 without one. read: the fidelity knobs that something in the run asked for. frames: of all
-    sensors, per simulated second.
+    sensors, per simulated second. float32: how the bodies move on a device; None unless `device` is varied.
     """
 
     bodies: Trajectory | None = None
@@ -56,6 +57,7 @@ class Measured:
     period: Fraction = Fraction(0)
     read: frozenset[str] = CLOCKS
     frames: float = 0.0
+    float32: Float32 | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +95,8 @@ def measure(scene: Scene, setting: Setting, duration: Fraction) -> Measured:
         app.bus.subscribe(CountingSink())  # with a reader publishers publish, as they do in a recorded run
         app.play()
         check_steps(app)
-        states = StateLog(app, float(duration))
+        beside = float32_log(app, setting.get("device"))
+        states = StateLog(app, float(duration), beside.take if isinstance(beside, Float32Log) else tuple)
         found.opening = time.process_time() - began
         stepping = [False]
         app.on("physics", lambda: stepping.__setitem__(0, True), -(2**60))
@@ -113,6 +116,9 @@ def measure(scene: Scene, setting: Setting, duration: Fraction) -> Measured:
         found.pace = (time.process_time() - began - found.opening) / (found.ended_at or math.inf)
         found.bodies, found.sensors = states.trajectory(), readings.sensors
         found.period = max((1 / one.rate for one in readings.sensors.values() if one.rate), default=Fraction(0))
+        if found.bodies is not None and beside is not None:
+            found.float32 = beside.compared(found.bodies) if isinstance(beside, Float32Log) else beside
+            read.add("device")
         found.read = frozenset(read)
         found.frames = sum(len(one.frames) for one in readings.sensors.values()) / (found.ended_at or math.inf)
         found.warnings = tuple(sorted({str(warning.as_dict()["code"]) for warning in app.warnings}))

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 
 from graph.sim.fidelity import KNOBS
 
+from .float32 import KINDS
 from .metrics import COSTS, METRICS, ranking
 from .outcome import Outcome, Row, bounds_of, group_of, unit_of
 from .study import text_of, word
@@ -94,6 +95,7 @@ def remarks(outcome: Outcome) -> Iterator[str]:
         if row.also:
             equal = " = ".join(map(text_of, row.settings))
             yield f"the same run, made once: {equal}"
+        yield from _float32(row)
         if own := [code for code in row.warnings if code not in outcome.reference_warnings]:
             yield f"warnings: {text_of(row.setting)}: {', '.join(own)}"
     if outcome.complete:
@@ -102,6 +104,30 @@ def remarks(outcome: Outcome) -> Iterator[str]:
                 yield f"{name} changes no error here: take the cheapest value"
             else:
                 yield f"{name} changes no error that this reference resolves: a finer --reference would tell more"
+
+
+COLUMNS = 4
+"""Times at which the difference of float32 is said."""
+
+
+def _float32(row: Row) -> Iterator[str]:
+    """How the physics of a device parts from MuJoCo's over time; nothing where it is MuJoCo's own."""
+    found, name = row.float32, text_of(row.setting)
+    if found is None:
+        return
+    times, until = found.growth(COLUMNS)
+    if len(times) and times[-1] > 0:
+        steps = [
+            f"{', '.join(f'{each[at]:.2g} {KINDS[kind]} ({kind})' for kind, each in until.items())} by {time:.3g} s"
+            for at, time in enumerate(times)
+        ]
+        yield f"physics in float32 against MuJoCo, {name}: {'; '.join(steps)}"
+    if found.ended and len(times):
+        yield f"physics in float32 is compared until {times[-1]:.3g} s, {name}: {found.ended}"
+    elif found.ended:
+        yield f"physics in float32 is not compared, {name}: {found.ended}"
+    if found.without:
+        yield f"physics in float32 does without these, which is in its difference, {name}: {', '.join(found.without)}"
 
 
 def answer(outcome: Outcome) -> tuple[list[str], Row | None]:

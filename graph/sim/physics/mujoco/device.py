@@ -46,7 +46,7 @@ class DevicePhysics:
         except ImportError as error:
             raise UserError("worlds need mujoco-warp; run: pip install --no-deps mujoco-warp") from error
         self._device, self.worlds = device, worlds
-        model, data = copy(engine.model), engine.data
+        model, data = copy(engine.model), copy(engine.data)  # the engine goes on as if it had not been looked at
         model.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)  # mujoco-warp never resets by itself
         mujoco.mj_forward(model, data)
         self.contacts = contacts or max(LEAST, SPARE_CONTACTS * int(data.ncon))

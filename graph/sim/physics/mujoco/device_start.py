@@ -66,6 +66,8 @@ def left_out(engine: Any) -> list[str]:
         "forces on bodies": bool(engine.world.forces),
         "grippers": bool(engine.compiled.grippers),
         "moving surfaces": engine.friction.surfaces is not None,
+        "steps divided for chains and loops": engine.divides,
+        "gentle limits of drives' forces": engine.drives.limited,
     }
     return [name for name, there in parts.items() if there]
 

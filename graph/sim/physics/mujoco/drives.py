@@ -85,11 +85,17 @@ class Drives:
         """(A,) the control of each drive in MuJoCo's data, and the gain by which its actuator multiplies it."""
         return np.arange(self._model.nu)[self._controls], self._gain
 
+    @property
+    def nominal_controls(self) -> Floats:
+        """(A,) the controls of the targets, whatever the forces' limits."""
+        found: Floats = self._aim / self._gain
+        return found
+
     def apply(self, data: Any) -> None:
         """Writes the targets to the engine."""
         self._aim = self.stiffness * self.targets[:, 0] + self.damping * self.targets[:, 1]
         self._new_targets = True
-        data.ctrl[self._controls] = self._aim / self._gain
+        data.ctrl[self._controls] = self.nominal_controls
 
     def limit_forces(self, data: Any) -> None:
         """Before a step: limits the forces."""
