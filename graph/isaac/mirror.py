@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import Mark, UserError
 from graph.session.runner import graphs_of
-from graph.spec.file_spec import FileSpec, GraphSpec
+from graph.spec.file_spec import ConnectionSpec, FileSpec, GraphSpec
 
-from .mirror_changes import Change, change_of, differences, set_values, with_short_names
+from .mirror_changes import Change, State, change_of, edits, owner, set_values, with_short_names
 
 if TYPE_CHECKING:
     from graph.evaluate import Node
@@ -33,9 +33,9 @@ class Mirror:
 
     def __init__(self, app: App) -> None:
         self._app, self._graphs = app, graphs_of(app)
-        self._said: dict[str, GraphSpec] = {}
+        self._said: dict[str, State] = {}
         """What the stage said of each graph when it was last written or read."""
-        self._written: dict[str, GraphSpec] = {}
+        self._written: dict[str, State] = {}
         """Each graph as its prims were last written."""
         self._values: dict[str, None] = {}
         """Paths of node prims of which only values have changed since the last `sync`."""
@@ -55,7 +55,7 @@ class Mirror:
         self._listener = Tf.Notice.Register(Usd.Notice.ObjectsChanged, self._noticed, self._app.stage)
         # Most scripts have no graph; reading loads what compiles them.
         has_graphs = any(str(prim.GetTypeName()) in GRAPH_TYPES for prim in self._app.stage.TraverseAll())
-        self._said = self._read() if has_graphs else {}
+        self._said = {path: State.of(one) for path, one in self._read().items()} if has_graphs else {}
         self._written, self._values, self._changed = {}, {}, False
 
     def _end(self) -> None:
@@ -102,12 +102,12 @@ class Mirror:
             self._said.pop(path, None)
             self._written.pop(path, None)
             return
-        spec = self._graphs.current_spec(path)
-        before, self._written[path] = self._written.get(path), spec
-        change = change_of(before, spec) if before is not None and path in self._said else None
+        now = State.of(self._graphs.current_spec(path))
+        before, self._written[path] = self._written.get(path), now
+        change = change_of(before, now) if before is not None and path in self._said else None
         with self._silence():
-            if change is None or not self._write_nodes(spec, change):
-                self._write_all(spec)
+            if change is None or not self._write_nodes(now, change):
+                self._write_all(now.spec)
 
     def _write_all(self, spec: GraphSpec) -> None:
         from graph.sim.usd import Sdf
@@ -115,7 +115,7 @@ class Mirror:
 
         path, layer = spec.path, self._app.stage.GetEditTarget().GetLayer()
         try:
-            written = layer_of(FileSpec(graphs=(with_short_names(spec),)), {}, Path.cwd())
+            written = layer_of(FileSpec(graphs=(with_short_names(spec, spec.nodes),)), {}, Path.cwd())
         except UserError as error:  # a name that USD does not accept
             self._written.pop(path, None)
             self._app.warn("graph-not-on-stage", path, str(error))
@@ -129,9 +129,9 @@ class Mirror:
             Sdf.CopySpec(written, path, layer, path)
         said = self._read().get(path)
         if said is not None:
-            self._said[path] = said
+            self._said[path] = State.of(said)
 
-    def _write_nodes(self, spec: GraphSpec, change: Change) -> bool:
+    def _write_nodes(self, now: State, change: Change) -> bool:
         """Writes the changed nodes only; returns False where the whole graph must be written."""
         from graph.sim.usd import Sdf
         from graph.usd_files.custom_data import texts
@@ -139,31 +139,40 @@ class Mirror:
         from graph.usd_files.specs import node_spec
         from graph.usd_files.writing import nodes_layer
 
-        path, stage = spec.path, self._app.stage
+        path, stage = now.spec.path, self._app.stage
         layer, said = stage.GetEditTarget().GetLayer(), self._said[path]
-        graph, names = layer.GetPrimAtPath(path), change.nodes
-        if graph is None or not all(Sdf.Path.IsValidIdentifier(name) for name in names):
+        graph, names = layer.GetPrimAtPath(path), change.nodes.keys() | (change.fed & now.nodes.keys())
+        if graph is None or change.rest or not all(map(Sdf.Path.IsValidIdentifier, (*names, *change.gone))):
             return False
-        written, notes = nodes_layer(with_short_names(spec, names), names)
-        ours = dict(graph.customData.get(KEY, {}))
+        old, links = said.spec.connections, bool(change.cut or change.linked or change.fed)
+        ours = dict(graph.customData.get(KEY, {})) if links else {}
         listed = list(ours.get("connections", ()))
-        if len(listed) != len(said.connections):
+        if links and len(listed) != len(old):
             return False
-        held = {(one.source, one.target): note for one, note in zip(said.connections, listed, strict=True)} | notes
+        into: tuple[ConnectionSpec, ...] = ()
+        if links or not said.nodes.keys().isdisjoint(names):
+            into = tuple(one for one in now.spec.connections if owner(one.target) in names)
+        ends = {owner(one.source) for one in into} & now.nodes.keys()
+        nodes = {name: now.nodes[name] for name in (*names, *ends)}
+        part = replace(with_short_names(now.spec, nodes.values()), connections=into)
+        written, notes = nodes_layer(part, names)
         for name in change.gone:
             self._remove(f"{path}/{name}")
         with Sdf.ChangeBlock():
-            for name in names:
-                prim = f"{path}/{name}"
-                Sdf.CreatePrimInLayer(layer, prim)
-                Sdf.CopySpec(written, prim, layer, prim)
-            if change.links:
-                ours["connections"] = texts([held[one.source, one.target] for one in spec.connections])
+            for name in now.nodes if len(names) > 1 else names:
+                if name in names:
+                    prim = f"{path}/{name}"
+                    Sdf.CreatePrimInLayer(layer, prim)
+                    Sdf.CopySpec(written, prim, layer, prim)
+            if links:
+                held = {(one.source, one.target): note for one, note in zip(old, listed, strict=True)} | notes
+                ours["connections"] = texts([held[one.source, one.target] for one in now.spec.connections])
                 graph.customData = {**graph.customData, KEY: ours}
-        known = {one.name: one for one in said.nodes if one.name not in change.gone}
+        for name in change.gone:
+            said.nodes.pop(name, None)
         for name in names:
-            known[name] = node_spec(stage.GetPrimAtPath(f"{path}/{name}"), name, _mark, self._app.warn)
-        self._said[path] = replace(said, nodes=tuple(known.values()), connections=spec.connections)
+            said.nodes[name] = node_spec(stage.GetPrimAtPath(f"{path}/{name}"), name, _mark, self._app.warn)
+        said.spec = replace(said.spec, connections=now.spec.connections)
         return True
 
     def _remove(self, path: str) -> None:
@@ -186,12 +195,8 @@ class Mirror:
             if full in prim.properties:
                 del prim.properties[full]
             write_value(prim, full, None if type_ is None else type_.name, plain(value))
-        short = full.removeprefix("inputs:")
-        nodes = (
-            replace(one, inputs={**one.inputs, short: plain(value)}) if one.name == node.name else one
-            for one in said.nodes
-        )
-        self._said[node.graph.path] = replace(said, nodes=tuple(nodes))
+        if (one := said.nodes.get(node.name)) is not None:
+            said.nodes[node.name] = replace(one, inputs={**one.inputs, full.removeprefix("inputs:"): plain(value)})
         return None
 
     @contextmanager
@@ -227,13 +232,14 @@ class Mirror:
             if self._graphs.latest(path) is not None:
                 self._attempt(path, partial(self._graphs.remove, path))
         for path, spec in now.items():
-            before = self._said.get(path)
-            self._said[path] = spec
+            before, self._said[path] = self._said.get(path), State.of(spec)
             if self._graphs.latest(path) is None:
                 self._attempt(path, partial(self._graphs.apply, [replace(spec, unfinished=True)], {}))
             elif before is not None:
-                for commands in differences(before, spec):
+                for commands in edits(before, self._said[path]):
                     self._attempt(path, partial(Controller(graphs=self._graphs).edit, path, commands))
+            if path in self._written and self._graphs.latest(path) is not None:
+                self._written[path] = State.of(self._graphs.current_spec(path))
 
     def _take_values(self) -> None:
         """Applies changed values of nodes, without reading the rest of their graphs."""
@@ -243,17 +249,15 @@ class Mirror:
         changed, self._values = list(self._values), {}
         for prim in changed:
             path = max((one for one in self._said if prim.startswith(f"{one}/")), key=len)
-            said, name = self._said[path], prim.removeprefix(f"{path}/")
-            before = next((one for one in said.nodes if one.name == name), None)
+            nodes, name = self._said[path].nodes, prim.removeprefix(f"{path}/")
+            before = nodes.get(name)
             if before is None:  # inside a compound, or not a node of the graph
                 self._changed = True
                 continue
             now = node_spec(self._app.stage.GetPrimAtPath(prim), name, _mark, self._app.warn)
-            now = replace(before, inputs=now.inputs)
-            nodes = tuple(now if one is before else one for one in said.nodes)
-            self._said[path] = replace(said, nodes=nodes)
-            for commands in set_values(before, now):
-                self._attempt(path, partial(Controller(graphs=self._graphs).edit, path, commands))
+            nodes[name] = replace(before, inputs=now.inputs)
+            for full, value in set_values(before, now):
+                self._attempt(path, partial(Controller(graphs=self._graphs).set, f"{prim}.{full}", value))
         if self._changed:
             self.sync()
 

@@ -2,54 +2,83 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Set
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
 from graph.base.records import dataclass
 from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec
 
+Ends = tuple[str, str]
+
+
+@dataclass(slots=True)
+class State:
+    """A graph at one moment: its nodes by name, and its spec for all the rest."""
+
+    spec: GraphSpec
+    nodes: dict[str, NodeSpec]
+
+    @classmethod
+    def of(cls, spec: GraphSpec) -> State:
+        """The state that a spec describes."""
+        return cls(spec, {one.name: one for one in spec.nodes})
+
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """Names of nodes that are new or different, or whose sources are; names of those that are gone.
+    """What is new or different, and what is gone.
 
-    links: whether connections differ.
+    fed: names of nodes that have other sources, or the same in another order. rest: whether anything beside nodes and
+    connections differs, or the order of the nodes.
     """
 
-    nodes: Set[str]
-    gone: Set[str]
-    links: bool
+    nodes: Mapping[str, NodeSpec]
+    gone: list[str]
+    cut: list[Ends]
+    linked: list[Ends]
+    fed: set[str]
+    rest: bool
 
 
-def change_of(before: GraphSpec, now: GraphSpec) -> Change | None:
-    """What to write of a graph that was written as `before`; None if more than nodes and connections differ."""
-    if before.compounds or now.compounds or not _same_settings(before, now):
-        return None
-    old, new = ({one.name: one for one in spec.nodes} for spec in (before, now))
-    if any("/" in name for name in new.keys() ^ old.keys()) or [one for one in new if one in old] != [
-        one for one in old if one in new
-    ]:
-        return None
-    changed = {name for name, one in new.items() if name not in old or not _same_node(old[name], one)}
-    links = before.connections != now.connections
-    if links:
-        first, second = (set(map(_ends, spec.connections)) for spec in (before, now))
-        changed |= {target.rpartition(".")[0] for _, target in first ^ second}
-        # The order of the sources of an attribute counts.
-        both = first & second
-        kept = ([one for one in map(_ends, spec.connections) if one in both] for spec in (before, now))
-        for pair in zip(*kept, strict=True):
-            if pair[0] != pair[1]:
-                changed |= {target.rpartition(".")[0] for _, target in pair}
-    return Change(changed & new.keys(), old.keys() - new.keys(), links)
+def change_of(before: State, now: State) -> Change:
+    """What leads from one state to the next. Equal objects cost nothing but their comparison by identity."""
+    old, new = before.nodes, now.nodes
+    nodes = {
+        name: one
+        for name, one in new.items()
+        if (was := old.get(name)) is not one and (was is None or not _same_node(was, one))
+    }
+    gone = [name for name in old if name not in new]
+    cut: list[Ends] = []
+    linked: list[Ends] = []
+    fed: set[str] = set()
+    if before.spec.connections != now.spec.connections:
+        first, second = (dict.fromkeys(map(_ends, state.spec.connections)) for state in (before, now))
+        cut = [one for one in first if one not in second]
+        linked = [one for one in second if one not in first]
+        fed = {owner(target) for _, target in (*cut, *linked)}
+        both = zip((one for one in first if one in second), (one for one in second if one in first), strict=True)
+        fed |= {owner(two[1]) for one, two in both if one != two}
+    moved = len(new) + len(gone) != len(old) or bool(gone)
+    rest = not _same_settings(before.spec, now.spec) or (
+        moved and [one for one in new if one in old] != [one for one in old if one in new]
+    )
+    return Change(nodes, gone, cut, linked, fed, rest)
 
 
-def _ends(link: ConnectionSpec) -> tuple[str, str]:
+def owner(end: str) -> str:
+    """The node of a connection's end."""
+    return end.rpartition(".")[0]
+
+
+def _ends(link: ConnectionSpec) -> Ends:
     return link.source, link.target
 
 
 def _same_settings(before: GraphSpec, now: GraphSpec) -> bool:
+    if before.compounds or now.compounds:
+        return False
     names = ("evaluator", "pipeline_stage", "evaluation_mode", "saved", "unfinished")
     same = all(getattr(before, name) == getattr(now, name) for name in names)
     held = before.instances is now.instances or not now.instances
@@ -57,8 +86,6 @@ def _same_settings(before: GraphSpec, now: GraphSpec) -> bool:
 
 
 def _same_node(before: NodeSpec, now: NodeSpec) -> bool:
-    if before is now:
-        return True
     return before.type == now.type and before.attributes == now.attributes and _same(before.inputs, now.inputs)
 
 
@@ -71,55 +98,49 @@ def _same(before: Any, now: Any) -> bool:
         return False
 
 
-def with_short_names(spec: GraphSpec, names: Set[str] | None = None) -> GraphSpec:
-    """The spec with inputs of nodes named as in files, `x` for `inputs:x`; names: of which nodes (None: all)."""
-    nodes = (
-        replace(one, inputs={key.removeprefix("inputs:"): value for key, value in one.inputs.items()})
-        if names is None or one.name in names
-        else one
-        for one in spec.nodes
+def with_short_names(spec: GraphSpec, nodes: Iterable[NodeSpec]) -> GraphSpec:
+    """The spec with these nodes, whose inputs are named as in files, `x` for `inputs:x`."""
+    return replace(
+        spec,
+        nodes=tuple(
+            replace(one, inputs={key.removeprefix("inputs:"): value for key, value in one.inputs.items()})
+            for one in nodes
+        ),
     )
-    return replace(spec, nodes=tuple(nodes))
 
 
-def differences(before: GraphSpec, now: GraphSpec) -> Iterator[dict[str, Any]]:
+def edits(before: State, now: State) -> Iterator[dict[str, Any]]:
     """What makes the second of the first, as edits; each may fail without the others."""
     from graph.isaac.og import Keys
 
-    old, new = {one.name: one for one in before.nodes}, {one.name: one for one in now.nodes}
-    gone = [name for name, one in old.items() if name not in new or new[name].type != one.type]
+    change = change_of(before, now)
+    old = before.nodes
+    gone = [*change.gone, *(name for name, one in change.nodes.items() if name in old and old[name].type != one.type)]
     if gone:
         yield {Keys.DELETE_NODES: gone}
-    for name, one in now.variables.items():
-        if name not in before.variables:
+    for name, one in now.spec.variables.items():
+        if name not in before.spec.variables:
             yield {Keys.CREATE_VARIABLES: [(name, one.type, one.value)]}
-    cut = {(one.source, one.target) for one in before.connections} - {
-        (one.source, one.target) for one in now.connections
-    }
-    for source, target in sorted(cut):
-        if not {source.rpartition(".")[0], target.rpartition(".")[0]} & set(gone):
+    for source, target in sorted(change.cut):
+        if not {owner(source), owner(target)} & set(gone):
             yield {Keys.DISCONNECT: [(source, target)]}
-    for name, node in new.items():
-        fresh = name not in old or name in gone
-        if fresh:
+    for name, node in change.nodes.items():
+        was = None if name in gone else old.get(name)
+        if was is None:
             yield {Keys.CREATE_NODES: [(name, node.type)]}
-        known: dict[str, Any] = {} if fresh else dict(old[name].attributes)
+        known: Mapping[str, Any] = {} if was is None else was.attributes
         for full, kind in node.attributes.items():
             if full not in known:
                 yield {Keys.CREATE_ATTRIBUTES: [(f"{name}.{full}", kind)]}
-        yield from set_values(None if fresh else old[name], node)
-    linked = {(one.source, one.target) for one in before.connections}
-    for link in now.connections:
-        if (link.source, link.target) not in linked:
-            yield {Keys.CONNECT: [(link.source, link.target)]}
+        for full, value in set_values(was, node):
+            yield {Keys.SET_VALUES: [(f"{name}.{full}", value)]}
+    for ends in change.linked:
+        yield {Keys.CONNECT: [ends]}
 
 
-def set_values(before: NodeSpec | None, now: NodeSpec) -> Iterator[dict[str, Any]]:
-    """The edits that give a node its new values."""
-    from graph.isaac.og import Keys
-
-    values = {} if before is None else before.inputs
+def set_values(before: NodeSpec | None, now: NodeSpec) -> Iterator[tuple[str, Any]]:
+    """Full names of attributes with new values, and these."""
+    values: Mapping[str, Any] = {} if before is None else before.inputs
     for key, value in now.inputs.items():
         if key not in values or not _same(values[key], value):
-            full = key if ":" in key else f"inputs:{key}"
-            yield {Keys.SET_VALUES: [(f"{now.name}.{full}", value)]}
+            yield key if ":" in key else f"inputs:{key}", value

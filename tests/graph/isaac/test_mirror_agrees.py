@@ -4,7 +4,7 @@ from contextlib import contextmanager
 from importlib import import_module
 
 import hypothesis.strategies as st
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 
 import graph.isaac
 from graph.isaac.session import RUN, Run
@@ -135,6 +135,7 @@ def said_by_the_stage(stage):
 
 
 @settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@example([(True, ("create", "a")), (False, ("delete", "a"))])
 @given(st.lists(st.tuples(st.booleans(), edits), min_size=1, max_size=12))
 def test_stage_and_graph_agree_after_each_edit_of_either(steps):
     with script() as (og, app):
