@@ -54,7 +54,7 @@ class StateLog:
     also: called whenever a state is recorded.
     """
 
-    def __init__(self, app: App, duration: float, also: Callable[[], None] = tuple) -> None:
+    def __init__(self, app: App, duration: float, also: Callable[[], object] = tuple) -> None:
         self._app, self._also = app, also
         self._engine: PhysicsEngine | None = app.physics
         self._rows: list[tuple[float, Floats, Floats, Floats, float, NDArray[np.bool_]]] = []

@@ -5,6 +5,7 @@ Needs a CUDA device and the extra gpu; without them it has no rows. Times are me
 
 from __future__ import annotations
 
+import gc
 import statistics
 import tempfile
 import time
@@ -41,6 +42,7 @@ def measure(quick: bool) -> Iterator[Row]:
         return
     rounds = 1 if quick else 30
     yield from one_world(device, rounds)
+    yield from yard_memory(device, 256 if quick else 4096)
     yield from many_worlds(device, rounds, 256 if quick else 4096)
     yield from steps(device, rounds, 256 if quick else 4096)
     yield from whole_updates("cuda", rounds)
@@ -164,6 +166,40 @@ def many_worlds(device: Any, rounds: int, worlds: int) -> Iterator[Row]:
     yield from pair(what, device, ours, lambda: floor.cast(len(pattern)), rounds, 58.0)
     used = (before - device.free_memory) / worlds
     yield Row(f"memory of a world: {len(pattern):,} rays, all channels, {BOXES} boxes", used / 2**20, None, "MiB")
+
+
+def yard_memory(device: Any, worlds: int) -> Iterator[Row]:
+    """What worlds of the yard take: its robot's physics, and scans of 16 x 360 rays with all channels."""
+    from graph.sim.physics.mujoco.device import DevicePhysics
+    from sensors.device.geometry import Geometry
+    from sensors.device.scan import DeviceScan
+    from sensors.raycast.shared import cast_world, surface_optics
+
+    wp = warp()
+    with App.from_file(GRAPHS / "yard.yaml") as app:
+        app.play()
+        world, engine = cast_world(app), app.physics
+        assert engine is not None
+        gc.collect()
+        wp.synchronize_device(device)
+        before = device.free_memory
+        physics = DevicePhysics(engine, worlds, device)
+        number = {path: index for index, path in enumerate(engine.body_paths)}
+        owners = np.array([number.get(str(one.body), -1) for one in world.surfaces])
+        geometry = Geometry(device, world.surfaces, owners, np.zeros(3), formulas=True, worlds=worlds)
+        config = lidar(16, 360)
+        scan = DeviceScan(geometry, firing_pattern(config), config, surface_optics(app), owners, 0)
+        bodies = geometry.place(np.tile(np.eye(4), (worlds, len(number), 1, 1)))
+        speeds = [wp.zeros((worlds, len(number)), dtype=wp.vec3d, device=device) for _ in range(2)]
+        for _ in range(3):
+            physics.step()
+            physics.carry(geometry.anchor, bodies, *speeds)
+            geometry.settle(bodies)
+            scan.mount(bodies, np.eye(4)[None])
+            scan.scan(bodies, *speeds)
+        wp.synchronize_device(device)
+        used = (before - device.free_memory) / worlds / 2**20
+    yield Row("memory of a world: the yard's robot, a lidar of 16 x 360 rays", used, 40e9 / 4096 / 2**20, "MiB")
 
 
 def steps(device: Any, rounds: int, worlds: int) -> Iterator[Row]:
