@@ -137,7 +137,7 @@ class Kept:
             return
         code, described, environment, signature, objects, lifted, _, again, more = made._reduce()
         # The text with types names the source's folder, and nothing reads it.
-        parts = (code, described, environment, signature, objects, lifted, "", again, more)
+        parts = (_alone(code, described), described, environment, signature, objects, lifted, "", again, more)
         data = numba().core.serialize.dumps(parts)
         _write(user_folder() / name, hashlib.sha256(data).digest() + data)
 
@@ -150,6 +150,15 @@ class Kept:
         except OSError:
             return None
         return f"{self._name}-{hashlib.sha256(repr(key).encode()).hexdigest()[:32]}.bin"
+
+
+def _alone(code: tuple[str, str, Any], described: Any) -> tuple[str, str, Any]:
+    """Machine code without the bitcode that other functions would take in: no loop calls another. Of that a process
+    that loads the code would read every symbol, which takes longer than all the rest; it needs the entry's name.
+    """
+    name, kind, (machine, _) = code
+    entry = f'define void @"{described.llvm_cpython_wrapper_name}"() {{ ret void }}'
+    return name, kind, (machine, numba().core.codegen.ll.parse_assembly(entry).as_bitcode())
 
 
 def _read(file: Path) -> Any:

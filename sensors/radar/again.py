@@ -125,12 +125,12 @@ def _again(
     Without room for waves none is sent on.
     """
     facing = found.facing
-    on = bent = ahead = asked = 0
+    on = bent = ahead = asked = np.int64(0)
     for at in range(len(face)):
         if not distance[at] < space.longest - waves.each[at].travelled:
             continue
         wave = wave_of(waves, at, tubes)
-        touch = meets(space, waves.images, wave, face[at])
+        touch = meets(space, waves.images, wave, np.int64(face[at]))
         if touch.way <= 0:
             continue
         echo = echo_of(space, waves.images, wave, touch)
@@ -156,7 +156,7 @@ def _again(
                 facing.ray[ahead] = asked if known == UNKNOWN else -1
                 asked += known == UNKNOWN
                 ahead += 1
-    return on, bent, ahead, asked
+    return int(on), int(bent), int(ahead), int(asked)
 
 
 @compiled
@@ -176,7 +176,7 @@ def _straight_back(
 
     sends, hears: (m,) gains of the ways there.
     """
-    count, images = 0, waves.images
+    count, images = np.int64(0), waves.images
     for at in range(len(seen)):
         if seen[at]:
             wave = wave_of(waves, facing.wave[at], tubes)
@@ -185,4 +185,4 @@ def _straight_back(
             scatter_back(space, tubes, wave, touch, echo, sends[at], hears[at], bins, sums)
             if facing.mirrors[at] and reflect_back(space, images, tubes, wave, touch, echo, hears[at], fields, count):
                 count += 1
-    return count
+    return int(count)

@@ -92,8 +92,8 @@ def put(bins: Bins, sums: Sums, range_m: Any, velocity: Any, azimuth: Any, heigh
 def put_all(bins: Bins, sums: Sums, values: np.ndarray, power: np.ndarray) -> None:
     """Adds arrivals (k,) to the powers of their cells; values: (4, k), ranges, velocities and sines."""
     for row in range(len(power)):
-        angle, azimuth, height = angle_cell(bins, values[2, row], values[3, row])
-        cell, range_m, velocity = place(bins, values[0, row], values[1, row], angle)
+        angle, azimuth, height = angle_cell(bins, np.float64(values[2, row]), np.float64(values[3, row]))
+        cell, range_m, velocity = place(bins, np.float64(values[0, row]), np.float64(values[1, row]), np.int64(angle))
         if cell >= 0:
             add(sums, cell, power[row], range_m, velocity, azimuth, height)
 
@@ -102,4 +102,4 @@ def put_all(bins: Bins, sums: Sums, values: np.ndarray, power: np.ndarray) -> No
 def angle_cells(bins: Bins, azimuth: np.ndarray, height: np.ndarray, cells: np.ndarray) -> None:
     """Writes the numbers of the angle cells of sines (k,), -1 outside the grid."""
     for row in range(len(cells)):
-        cells[row], _, _ = angle_cell(bins, azimuth[row], height[row])
+        cells[row], _, _ = angle_cell(bins, np.float64(azimuth[row]), np.float64(height[row]))

@@ -223,7 +223,7 @@ def _hann(away: np.ndarray) -> np.ndarray:
 def _cube_of(grid: Grid, cell: np.ndarray, power: np.ndarray, values: np.ndarray, bounces: np.ndarray) -> Cube:
     """The cube of powers (k,) in cells (k,), which may repeat, with their values (4, k) and bounces (k,)."""
     groups = Groups(cell)
-    total, means = groups.means(list(values), power)
+    total, means = groups.means(values, power)
     strongest = np.zeros(len(groups), np.int64)
     _strongest(groups.which, power, strongest)
     order = np.argsort(groups.keys)

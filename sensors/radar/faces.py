@@ -259,7 +259,7 @@ def plane_axes(normal: np.ndarray) -> np.ndarray:
 def _projected(tensor: np.ndarray, axes: np.ndarray) -> np.ndarray:
     """(p, 2, 2) of tensors (p, 3, 3) in the planes' axes."""
     found = np.empty((len(tensor), 2, 2))
-    _project(tensor, axes, found)
+    _project(np.asarray(tensor, np.float64), axes, found)  # what is counted of nothing is whole numbers
     return found
 
 

@@ -77,8 +77,9 @@ def curved_again(setting: Setting, tubes: Tubes, met: Met) -> list[Arrivals]:
 
 
 def _arrivals(found: Glints, sines: np.ndarray, power: np.ndarray) -> list[Arrivals]:
-    (range_m, velocity, *_), (azimuth, height) = found.values, sines
-    return [Arrivals(range_m, velocity, azimuth, height, power, found.group)] if len(power) else []
+    if not len(power):
+        return []
+    return [Arrivals(np.concatenate((found.values[:2], sines)), power.astype(np.float32), found.group)]
 
 
 def _found(setting: Setting, tubes: Tubes, met: Met, *, again: bool) -> Glints:
@@ -111,7 +112,7 @@ def _glints(
     count, lines = np.int64(0), np.int64(0)
     for at in range(len(met)):
         one = met[at]
-        face, row, image, way = one.face, one.row, one.image, one.way
+        face, row, image, way = np.int64(one.face), np.int64(one.row), np.int64(one.image), one.way
         body, normal = faces.body[face], row_of(faces.normal, face)
         ahead, there = _vector(one.direction), _vector(one.back)
         back, out = (ahead, way) if again else (there, one.out)
@@ -155,7 +156,7 @@ def _glints(
         if square > 0:
             straight, length = pair(curves.straight, face), math.sqrt(square)
             along = straight[0] * place[0] + straight[1] * place[1]
-            found.line[lines], found.face[lines] = count, np.int64(image) * faces.planes + face
+            found.line[lines], found.face[lines] = count, image * faces.planes + face
             found.facts[0, lines] = near * square / wavelength
             found.facts[1, lines] = straight[0] * lobe_off[0] + straight[1] * lobe_off[1]
             found.facts[2, lines] = along * wavelength / (2.0 * length) / length

@@ -35,12 +35,11 @@ class Groups:
         _add(self.which, values, found)
         return found
 
-    def means(self, values: Sequence[np.ndarray], weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def means(self, values: np.ndarray | Sequence[np.ndarray], weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Sums (n,) float64 of weights (k,), and means (4, n) by them of four values (k,)."""
-        total, means = np.zeros(len(self)), np.zeros((len(self), 4))
-        first, second, third, fourth = values
-        _add_weighted(self.which, first, second, third, fourth, weight, total, means)
-        return total, means.T / np.maximum(total, 1e-300)
+        sums = np.zeros((5, len(self)))
+        _add_weighted(self.which, np.asarray(values, np.float64), np.asarray(weight, np.float64), sums)
+        return sums[0], sums[1:] / np.maximum(sums[0], 1e-300)
 
 
 class Sums(NamedTuple):
@@ -169,21 +168,10 @@ def _add(which: np.ndarray, values: np.ndarray, sums: np.ndarray) -> None:
 
 
 @compiled
-def _add_weighted(
-    which: np.ndarray,
-    first: np.ndarray,
-    second: np.ndarray,
-    third: np.ndarray,
-    fourth: np.ndarray,
-    weight: np.ndarray,
-    total: np.ndarray,
-    sums: np.ndarray,
-) -> None:
-    """Adds weights (k,) to the totals (n,) of their groups (k,), and four values (k,) times them to the sums (n, 4)."""
+def _add_weighted(which: np.ndarray, values: np.ndarray, weight: np.ndarray, sums: np.ndarray) -> None:
+    """Adds weights (k,) to the sums (5, n) of their groups (k,), and four values (4, k) times them."""
     for row in range(len(which)):
-        group, share = which[row], np.float64(weight[row])
-        total[group] += share
-        sums[group, 0] += share * first[row]
-        sums[group, 1] += share * second[row]
-        sums[group, 2] += share * third[row]
-        sums[group, 3] += share * fourth[row]
+        group, share = which[row], weight[row]
+        sums[0, group] += share
+        for axis in range(4):
+            sums[1 + axis, group] += share * values[axis, row]

@@ -34,14 +34,14 @@ def added(found: Arrivals, widths: Sequence[float]) -> tuple[np.ndarray, np.ndar
     assert found.field is not None
     assert found.zone is not None
     which, middle = _in_groups(found)
-    key, row, weight = _cells(which, middle, *found.values, ZONES * found.zone, tuple(widths), FLAT_TOP)
+    key, row, weight = _cells(which, middle, found.values, ZONES * found.zone, tuple(widths), FLAT_TOP)
     groups, field = Groups(key), np.take(found.field, row) * weight
     sums = groups.sums(field)
     squared = sums.real**2 + sums.imag**2
     # Where a face reflects as a mirror, the fields that do not cancel tell the place; else the strongest do.
-    means, places = np.zeros((len(groups), 5)), np.zeros((len(groups), 5))
-    _add_places(groups.which, row, *found.values, field, sums / np.maximum(squared, 1e-300), means, places)
-    means, places = (each[:, 1:].T / np.maximum(each[:, 0], 1e-300) for each in (means, places))
+    means, places = np.zeros((2, 5, len(groups)))
+    _add_places(groups.which, row, found.values, field, sums / np.maximum(squared, 1e-300), means, places)
+    means, places = (each[1:] / np.maximum(each[0], 1e-300) for each in (means, places))
     near = np.abs(places - means) < np.array(widths)[:, None] / 2
     return squared, np.where(near, places, means)
 
@@ -53,7 +53,7 @@ def gathered(found: Arrivals, widths: Sequence[float]) -> tuple[np.ndarray, np.n
     """
     nowhere = np.zeros_like(found.power)
     which, middle = _in_groups(found)
-    key, *_ = _cells(which, middle, *found.values, nowhere, tuple(widths), 1.0)
+    key, *_ = _cells(which, middle, found.values, nowhere, tuple(widths), 1.0)
     return Groups(key).means(found.values, found.power)
 
 
@@ -85,16 +85,13 @@ def _beside(place: float, flat_top: float) -> tuple[float, float]:
 def _cells(
     which: np.ndarray,
     middle: np.ndarray,
-    range_m: np.ndarray,
-    velocity: np.ndarray,
-    azimuth: np.ndarray,
-    height: np.ndarray,
+    values: np.ndarray,
     least: np.ndarray,
     widths: tuple[float, ...],
     flat_top: float,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Keys (m,) uint64 of the cells about the middles (4, n) of their groups (k,) in which values (k,) lie, with their
-    rows (m,) and the shares (m,) float32 that belong there: up to four of each row, of the two angles.
+    """Keys (m,) uint64 of the cells about the middles (4, n) of their groups (k,) in which values (4, k) lie, with
+    their rows (m,) and the shares (m,) float32 that belong there: up to four of each row, of the two angles.
 
     widths: of the four; least: (k,) of the angles' cells.
     """
@@ -104,10 +101,10 @@ def _cells(
     count = 0
     for row in range(len(which)):
         group = which[row]
-        key = _joined(_joined(np.uint64(0), group), np.rint((range_m[row] - middle[0, group]) / widths[0]))
-        key = _joined(key, np.rint((velocity[row] - middle[1, group]) / widths[1]))
-        across = (azimuth[row] - middle[2, group]) / max(least[row], widths[2])
-        up = (height[row] - middle[3, group]) / max(least[row], widths[3])
+        key = _joined(_joined(np.uint64(0), group), np.rint((values[0, row] - middle[0, group]) / widths[0]))
+        key = _joined(key, np.rint((values[1, row] - middle[1, group]) / widths[1]))
+        across = (values[2, row] - middle[2, group]) / max(least[row], widths[2])
+        up = (values[3, row] - middle[3, group]) / max(least[row], widths[3])
         side, aside = _beside(across, flat_top)
         above, over = _beside(up, flat_top)
         for place, share in ((np.rint(across), 1.0 - aside), (side, aside)):
@@ -124,16 +121,13 @@ def _cells(
 def _add_places(
     which: np.ndarray,
     rows: np.ndarray,
-    range_m: np.ndarray,
-    velocity: np.ndarray,
-    azimuth: np.ndarray,
-    height: np.ndarray,
+    values: np.ndarray,
     field: np.ndarray,
     part: np.ndarray,
     means: np.ndarray,
     places: np.ndarray,
 ) -> None:
-    """Adds to the sums (n, 5) of groups the weights of fields (m,), and the values of their rows times these.
+    """Adds to the sums (5, n) of groups the weights of fields (m,), and the values (4, k) of their rows times these.
 
     Weights are the power of a field, for `means`, and its share of the group's sum, for `places`; part: (n,), the sum
     over its power.
@@ -142,7 +136,8 @@ def _add_places(
         group, row, one, whole = which[at], rows[at], field[at], part[which[at]]
         power = one.real * one.real + one.imag * one.imag
         share = one.real * whole.real + one.imag * whole.imag
-        values = np.float32(1), range_m[row], velocity[row], azimuth[row], height[row]
-        for axis in range(5):
-            means[group, axis] += power * values[axis]
-            places[group, axis] += share * values[axis]
+        means[0, group] += power
+        places[0, group] += share
+        for axis in range(4):
+            means[1 + axis, group] += power * values[axis, row]
+            places[1 + axis, group] += share * values[axis, row]

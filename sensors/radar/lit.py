@@ -21,7 +21,7 @@ from .bins import Bins, put
 from .grouping import Sums
 from .images import Images
 from .planes import NO_PLANE
-from .rays import Tubes
+from .rays import Tubes, angles_of
 from .scattering import MIRROR, WIDEST, Arrivals, Fields, arrived, reflect_back
 from .setting import Setting, Space, height_of, with_hits
 from .waves import FAINTEST, GRAZING, MET, Met, Sent, Wave, echo_of, meets, send_on, strength, write
@@ -121,9 +121,9 @@ def _lit(
     turning: turns of phase, over `WIDEST`, on a way of 1 m. Without room for waves none is followed.
     """
     faces, tables, seen, received = space.faces, space.tables, np.float32(space.seen), np.float32(space.received)
-    fields = sent = bent = 0
+    fields = sent = bent = np.int64(0)  # a plain 0 is a type of its own, for which parts are compiled once more
     for row in range(len(ahead.distance)):
-        way, face = max(ahead.distance[row], LEAST_M), ahead.face[row]
+        way, face = max(ahead.distance[row], LEAST_M), np.int64(ahead.face[row])
         tube = ahead.first + row
         if not way < seen:
             continue
@@ -137,8 +137,8 @@ def _lit(
         towards = tubes.directions[0, tube], tubes.directions[1, tube], tubes.directions[2, tube]
         if power > 0:
             rate = dot(row_of(faces.linear, faces.body[face]), towards)
-            side, level, angle = tubes.azimuth[tube], tubes.elevation[tube], tubes.angle[tube]
-            put(bins, room.scattered, way, rate, side, level, angle, power)
+            side, level, angle = angles_of(tubes, tube)
+            put(bins, room.scattered, np.float64(way), rate, side, level, angle, np.float64(power))
         if cosine <= GRAZING:
             continue
         mirrors = leads = False
@@ -147,11 +147,11 @@ def _lit(
                 turns = max(tubes.width[tube], tubes.height[tube]) * way * turning
                 square = cosine * cosine
                 mirrors = turns * turns * (1 - square) < square
-            leads = len(room.sent.waves) > 0 and tubes.leads[tube] and 0 <= face < faces.planes
-            leads = leads and strength(tables.amplitude[table]) > FAINTEST**2
+            if len(room.sent.waves) > 0 and tubes.leads[tube] and 0 <= face < faces.planes:
+                leads = bool(strength(tables.amplitude[table]) > FAINTEST**2)
             if not (mirrors or leads):
                 continue
-        wave = Wave(tube, towards, np.float32(1), 0.0, np.complex64(1), np.int32(0))
+        wave = Wave(tube, towards, np.float32(1), 0.0, np.complex64(1), np.int64(0))
         touch = meets(space, images, wave, face)
         if touch.way <= 0:
             continue
@@ -164,4 +164,4 @@ def _lit(
                 bent += 1
             elif reflect_back(space, images, tubes, wave, touch, echo, tubes.hears[tube], room.fields, fields):
                 fields += 1
-    return fields, sent, bent
+    return int(fields), int(sent), int(bent)

@@ -99,17 +99,13 @@ class Joined:
 _shared: Shared[bytes, Joined] = Shared()
 
 
-def joined(faces: Sequence[Faces], body_of: np.ndarray) -> Joined:
-    """The planes of surfaces, faces (s,), that bodies (s,) carry: those of another App of this process if it has them.
-
-    They are the same if all bytes are.
+def joined(surfaces: Sequence[Mesh | Plane], faces: Sequence[Faces], body_of: np.ndarray) -> Joined:
+    """The planes of surfaces (s,), their faces (s,), that bodies (s,) carry: those of another App of this process if it
+    has them.
     """
     digest = sha256(np.asarray(body_of, np.int64).tobytes())
-    for each in faces:
-        for name in Faces.__slots__:
-            array = np.ascontiguousarray(getattr(each, name))
-            digest.update(str(array.shape).encode())
-            digest.update(array.data)
+    for one in surfaces:
+        digest.update(one.unique_key if isinstance(one, Mesh) else np.array([one.normal, one.origin]).tobytes())
     return _shared.of(digest.digest(), lambda: Joined(faces, body_of))
 
 
@@ -123,7 +119,7 @@ class WorldPlanes:
     def __init__(self, world: CastWorld) -> None:
         self._world = world
         self._faces = _faces_of(world.surfaces)
-        self._joined = known = joined(self._faces, world.body_of[: len(self._faces)])
+        self._joined = known = joined(world.surfaces, self._faces, world.body_of[: len(self._faces)])
         self.normal, self.offset, self.curved = known.normal, known.offset, known.curved
         self.surface, self.body, self.patch, self.key = known.surface, known.body, known.patch, known.key
         self.any_curved, self.curves = known.any_curved, known.curves
@@ -247,12 +243,7 @@ def planes_of(world: CastWorld) -> WorldPlanes:
 
 def _faces_of(surfaces: Sequence[Mesh | Plane]) -> list[Faces]:
     """The faces of each surface."""
-    meshes = [
-        (np.asarray(one.vertices, np.float64), np.asarray(one.triangles, np.int64))
-        for one in surfaces
-        if isinstance(one, Mesh) and len(one.triangles)
-    ]
-    found = iter(FACES_BY_CONTENT.of(meshes))
+    found = iter(FACES_BY_CONTENT.of([one for one in surfaces if isinstance(one, Mesh) and len(one.triangles)]))
     return [_without_ends(one) if isinstance(one, Plane) or not len(one.triangles) else next(found) for one in surfaces]
 
 

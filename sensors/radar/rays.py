@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from sensors.compiled import compiled
+from sensors.compiled import compiled, inlined
 
 from .antenna import Antenna
 
@@ -65,6 +65,12 @@ class Tubes(NamedTuple):
     def part(self, first: int, end: int) -> Tubes:
         """Some of them; the arrays are parts of these."""
         return Tubes(*(each[..., first:end] for each in self))
+
+
+@inlined
+def angles_of(tubes: Tubes, row: Any) -> tuple[Any, Any, Any]:
+    """Sines of azimuth and elevation of a tube, and its angle cell."""
+    return np.float64(tubes.azimuth[row]), np.float64(tubes.elevation[row]), np.int64(tubes.angle[row])
 
 
 def fill(

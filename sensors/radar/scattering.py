@@ -12,7 +12,7 @@ x cosine in x cosine back.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,7 +23,7 @@ from sensors.vectors import dot, transposed_times
 from .bins import Bins, angle_cell, put
 from .grouping import Sums
 from .images import Images
-from .rays import Tubes
+from .rays import Tubes, angles_of
 from .setting import Space
 from .waves import Echo, Touch, Wave, strength
 
@@ -43,38 +43,24 @@ OWN = np.uint64(1 << 60)
 class Arrivals:
     """Single contributions to what is received, k of them, which add up in groups before they do in cells.
 
-    range_m: half the way [m]. velocity: half its rate [m/s], positive where it grows. azimuth, height: sines of azimuth
-    and elevation that it arrives from. power: (k,) [W]. group: (k,) uint64, equal for fields that add up, and for the
+    values: (4, k) float32, half the way [m] and half its rate [m/s], positive where it grows, and sines of azimuth and
+    elevation that it arrives from. power: (k,) [W]. group: (k,) uint64, equal for fields that add up, and for the
     powers of one curved surface. field: (k,) complex [sqrt(W)], where they add up as fields; zone: (k,) angles that the
     first Fresnel zone takes up then [rad].
     """
 
-    range_m: np.ndarray
-    velocity: np.ndarray
-    azimuth: np.ndarray
-    height: np.ndarray
+    values: np.ndarray
     power: np.ndarray
     group: np.ndarray
     field: np.ndarray | None = None
     zone: np.ndarray | None = None
 
-    def __post_init__(self) -> None:
-        for name in ("range_m", "velocity", "azimuth", "height", "power"):
-            setattr(self, name, np.ascontiguousarray(getattr(self, name), np.float32))
-
-    @property
-    def values(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """What cells are of: range, velocity, sines of azimuth and elevation."""
-        return self.range_m, self.velocity, self.azimuth, self.height
-
     @classmethod
     def together(cls, parts: list[Arrivals]) -> Arrivals:
         """Several of one kind as one."""
-        if len(parts) == 1:
-            return parts[0]
-        names = [one.name for one in fields(cls) if isinstance(getattr(parts[0], one.name), np.ndarray)]
-        columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
-        return cls(**columns)
+        columns: list[Any] = [[getattr(part, name) for part in parts] for name in cls.__slots__]
+        together: list[Any] = [None if each[0] is None else np.concatenate(each, axis=-1) for each in columns]
+        return cls(*together)
 
 
 class Fields(NamedTuple):
@@ -112,9 +98,7 @@ def arrived(found: Fields) -> Arrivals:
     np.cos(phase, out=wave.real)
     np.sin(phase, out=wave.imag)
     field *= wave
-    range_m, velocity, azimuth, height = found.values
-    power = field.real**2 + field.imag**2
-    return Arrivals(range_m, velocity, azimuth, height, power, found.group, field, found.zone)
+    return Arrivals(found.values, field.real**2 + field.imag**2, found.group, field, found.zone)
 
 
 @inlined
@@ -131,7 +115,8 @@ def scatter_again(space: Space, tubes: Tubes, wave: Wave, touch: Touch, echo: Ec
         row = wave.row
         power = share * tubes.weight[row] * wave.wide**2 * space.received * touch.cosine
         power *= (strength(wave.field) / touch.way) ** 2
-        put(bins, sums, touch.way, echo.coming, tubes.azimuth[row], tubes.elevation[row], tubes.angle[row], power)
+        side, level, angle = angles_of(tubes, row)
+        put(bins, sums, touch.way, echo.coming, side, level, angle, power)
 
 
 @inlined
@@ -151,7 +136,8 @@ def scatter_back(
         angle, _, _ = angle_cell(bins, side, level)
         put(bins, sums, way, rate, side, level, angle, power * (tubes.sends[row] * hears))
         power *= tubes.hears[row] * sends
-        put(bins, sums, way, rate, tubes.azimuth[row], tubes.elevation[row], tubes.angle[row], power)
+        side, level, angle = angles_of(tubes, row)
+        put(bins, sums, way, rate, side, level, angle, power)
 
 
 @inlined

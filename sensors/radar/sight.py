@@ -71,6 +71,7 @@ def looks(sights: Sights, faces: Faces, face: Any, back: Vector, out: Any) -> in
         return UNKNOWN
     if 0 <= face < len(sights.patch) and sights.patch[face] == patch:
         return SEEN
-    slope = dot(normal_of(faces, one), back)
-    away = height_of(faces, one) / slope if slope != 0 else np.inf
+    wall = np.int64(one)
+    slope = dot(normal_of(faces, wall), back)
+    away = height_of(faces, wall) / slope if slope != 0 else np.inf
     return HIDDEN if 0 < away < out - SIGHT_M else UNKNOWN

@@ -183,7 +183,7 @@ def strength(field: Any) -> Any:
 @inlined
 def wave_of(waves: Waves, at: Any, tubes: Tubes) -> Wave:
     """The wave number `at`: its direction is that of its tube, as mirrors have turned it."""
-    one, image = waves.each[at], waves.image[at]
+    one, image = waves.each[at], np.int64(waves.image[at])
     ahead = tubes.directions[0, one.row], tubes.directions[1, one.row], tubes.directions[2, one.row]
     direction = times(waves.images.turn, image, ahead)
     return Wave(one.row, direction, tubes.wide[one.row], one.travelled, one.field, image)

@@ -17,7 +17,7 @@ from .rays import COMMON, MARGIN_RAD, RayBundle
 _SIGNS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], np.float64)
 
 
-BLOCK = 64
+BLOCK = 16
 """Neighbouring rays without a grid whose box is tried before they are."""
 
 MARGIN_M = 1e-3

@@ -12,7 +12,8 @@ def arrivals(ranges, groups):
     """Fields of 1 straight ahead; their Fresnel zones are smaller than a cell."""
     count, one = len(ranges), np.ones(len(ranges), np.float32)
     return Arrivals(
-        *(np.array(ranges), *np.zeros((3, count)), one),
+        np.stack((np.array(ranges), *np.zeros((3, count)))).astype(np.float32),
+        one,
         field=one.astype(np.complex64),
         group=np.array(groups, np.uint64),
         zone=np.zeros(count, np.float32),
