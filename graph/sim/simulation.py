@@ -105,6 +105,11 @@ class Simulation(TimeQueries, Suggesting):
             self._animation = animate(self._world, self._timeline, self, self._phases)
             self._reached("built")
 
+    @property
+    def animated(self) -> tuple[str, ...]:
+        """The prims that follow time samples while this world plays."""
+        return () if self._animation is None else self._animation.paths
+
     def free(self) -> None:
         """Frees what `build` has built and restores the stage; stopping calls it."""
         if self._animation is not None:

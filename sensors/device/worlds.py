@@ -64,8 +64,9 @@ class Worlds:
 
     World i has what `randomize:` draws with `seed` + i. device: "cuda", "cuda:N" or "warp-cpu". channels: those of
     lidars, see `WorldsLidar`. contacts, rows: room for contacts and constraint rows in a world. options: as for
-    `App.from_file`. Graphs, other sensors than lidars, and what `graph.sim.physics` adds to MuJoCo's steps do not work
-    in worlds: the warnings `graphs-not-in-worlds`, `sensors-not-in-worlds` and `physics-not-in-worlds` name them.
+    `App.from_file`. Graphs, other sensors than lidars, time samples of transforms, and what `graph.sim.physics` adds to
+    MuJoCo's steps do not work in worlds: the warnings `graphs-not-in-worlds`, `sensors-not-in-worlds`,
+    `animations-not-in-worlds` and `physics-not-in-worlds` name them.
     Raises UserError for what cannot run so: lidars whose turns differ, with noise or sub-rays, drawn values that cannot
     differ between worlds, or a physics rate that is not a multiple of the loop's.
     """
@@ -287,6 +288,11 @@ class Worlds:
         for what, names, why in (
             ("graphs", [*app.graphs], "graphs are not evaluated in worlds; set targets with drive()"),
             ("sensors", others, "only lidars measure in worlds; open the file as an App for these"),
+            (
+                "animations",
+                [*app.simulation.animated],
+                "time samples do not move prims in worlds: they stand as at the start",
+            ),
             ("physics", physics, "worlds do without it: physics there is MuJoCo's own step"),
         ):
             if names:

@@ -90,6 +90,11 @@ class Animation:
         ]
         self.set_time(float(timeline.current_time))
 
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """The prims that it places."""
+        return tuple(self._prims)
+
     def close(self) -> None:
         """Stops following the timeline."""
         while self._ends:

@@ -29,6 +29,24 @@ randomize:
 """
 
 
+GATE = """\
+#usda 1.0
+(
+    metersPerUnit = 1
+    upAxis = "Z"
+)
+def Xform "World"
+{
+    def Cube "Gate" (prepend apiSchemas = ["PhysicsRigidBodyAPI"])
+    {
+        bool physics:kinematicEnabled = 1
+        double3 xformOp:translate.timeSamples = { 0: (9, 0, 0), 48: (9, 5, 0) }
+        uniform token[] xformOpOrder = ["xformOp:translate"]
+    }
+}
+"""
+
+
 def seen_by_an_app(file, seed):
     """Ranges [m] of the first scan of the file in an App."""
     with App.from_file(file, seed=seed) as app:
@@ -211,12 +229,16 @@ def test_what_cannot_differ_between_worlds_is_refused_by_name(line, why, tmp_pat
 
 
 def test_what_worlds_do_not_do_is_named_once(tmp_path):
-    """A graph, a camera, a ball of limited speed, and a drawn value that only the camera would show."""
+    """A graph, a camera, a ball of limited speed, a gate with time samples, and a drawn value that only the camera
+    would show."""
     file = tmp_path / "more.yaml"
     more = "    /World/Eye: {type: Camera, translate: [0, 0, 1]}\n"
     text = WORLD.replace("clock:", f"{more}clock:").replace(
         "mass: 1.0}", "mass: 1.0, attributes: {'physxRigidBody:maxLinearVelocity': 3.0}}"
     )
+    gate = tmp_path / "gate.usda"
+    gate.write_text(GATE)
+    text = text.replace("scene:\n", "scene:\n  usd: gate.usda\n")
     graph = "graphs:\n  /World/G:\n    nodes:\n      tick: OnPlaybackTick\n"
     file.write_text(f"{text}randomize:\n  /World/Eye.translate: uniform([0, 0, 1], [1, 1, 2])\n{graph}")
     with Worlds(file, count=2, device="warp-cpu", channels=["distance"]) as worlds:
@@ -225,5 +247,6 @@ def test_what_worlds_do_not_do_is_named_once(tmp_path):
         "randomize-not-in-worlds": "/World/Eye.translate",
         "graphs-not-in-worlds": "/World/G",
         "sensors-not-in-worlds": "/World/Eye",
+        "animations-not-in-worlds": "/World/Gate",
         "physics-not-in-worlds": "greatest speeds",
     }
