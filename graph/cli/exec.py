@@ -17,7 +17,7 @@ from graph.base.limits import check
 from graph.base.outputs import make_folder
 
 from .arguments import add_allow, add_fidelity, add_live, check_folder, fidelity_of
-from .printing import counted, say_json, tell
+from .printing import counted, page_width, say, say_json, tell
 
 if TYPE_CHECKING:
     from graph.isaac.script import Script, ScriptError
@@ -169,7 +169,6 @@ class _Reporting:
 
     def opened(self, app: App) -> None:
         """The App is there: counts and records what it publishes from now on."""
-        from graph.recording.transports.targets import connect, read_targets
         from graph.sim.messages.bus import CountingSink
 
         from .frames import FrameSink
@@ -179,16 +178,22 @@ class _Reporting:
         app.bus.subscribe(self._counter)
         app.bus.subscribe(self._frames)
         app.on("stopping", lambda: self._keep(app))
-        self._live = []
-        for target in read_targets(self._args.live):
-            sink = connect(app, target)
-            self._live.append(sink)
-            tell(f"live {sink.name}: {sink.transport.place}{target.advice}")
+        self._live = self._connected(app) if self._args.live else []
         out = self._args.out
         if out:
             app.output_folder = out
             self._output = self._files(app, out)
             app.bus.subscribe(self._output.sink)
+
+    def _connected(self, app: App) -> list[Any]:
+        """The sinks of --live, each said."""
+        from graph.recording.transports.targets import connect, read_targets
+
+        sinks = []
+        for target in read_targets(self._args.live):
+            sinks.append(connect(app, target))
+            tell(f"live {sinks[-1].name}: {sinks[-1].transport.place}{target.advice}")
+        return sinks
 
     def _keep(self, app: App) -> None:
         """Keeps what the sensors did in the play that ends now: many scripts stop before they close."""
@@ -240,7 +245,7 @@ class _Reporting:
 
     def finish(self, *, well: bool) -> None:
         """Writes the report, and prints the table."""
-        from .report import print_table, warning_lines
+        from .report import table_of, warning_lines
 
         if self.report is None:
             return
@@ -252,9 +257,8 @@ class _Reporting:
         if self._args.json:
             say_json(self.report)
         else:
-            from rich.console import Console
-
-            print_table(self.report, Console(stderr=True, width=None if sys.stderr.isatty() else 120))
+            for line in table_of(self.report, page_width(sys.stderr)):
+                say(line, sys.stderr)
         for line in (*lines, *warning_lines(self.report)):
             tell(line)
         for failure in self._failures:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import shutil
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any
+from typing import Any, TextIO
 
 from graph.base.errors import Problem
 from graph.base.shorten import brief, printable
@@ -28,9 +28,9 @@ def note_line(note: tuple[str, str, str]) -> str:
     return safe_line(f"warning {code}: {where}: {brief(message)}")
 
 
-def say(text: str = "") -> None:
-    """Prints one line on stdout, made printable; keeps its indentation."""
-    print(printable(text.rstrip()))
+def say(text: str = "", stream: TextIO | None = None) -> None:
+    """Prints one line on stdout, or another stream, made printable; keeps its indentation."""
+    print(printable(text.rstrip()), file=stream)
 
 
 def say_json(value: Any, default: Callable[[Any], Any] | None = None) -> None:
@@ -85,6 +85,11 @@ def say_hanging(text: str) -> None:
 def on_terminal() -> bool:
     """Whether stdout is a terminal."""
     return sys.stdout.isatty()
+
+
+def page_width(stream: TextIO) -> int:
+    """Characters of a line of a stream; a file or a pipe has no width of its own."""
+    return columns() if stream.isatty() else 120
 
 
 def columns() -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import RunError
@@ -14,13 +15,10 @@ from graph.sim.timing.wall_clock import RealClock
 
 from .printing import counted, safe_line
 from .silent_outputs import silent_parts, wired_sensors
+from .tables import Grid
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
+    from collections.abc import Iterator, Mapping, Sequence
 
     from graph.recording.transports.sink import LiveSink
     from graph.session.runner import GraphRunner
@@ -35,6 +33,8 @@ SENSOR_COLUMNS = ("Hz", "frames", "points", "begins (s)", "last (s)")
 """The last two: when the first and the last frame begin; a lidar's turn begins a period before its messages' stamp."""
 GAP = 2
 """Spaces between the columns of a table."""
+WORDS = 60
+"""Characters of a line of text in a table."""
 
 
 def build_report(
@@ -97,47 +97,49 @@ def to_json(report: Mapping[str, Any]) -> str:
     return json.dumps(report, indent=2, ensure_ascii=False)
 
 
-def print_table(report: Report, console: Console) -> None:
-    """Prints sensors, topics and clocks of a run as a table."""
+def table_of(report: Report, width: int) -> Iterator[str]:
+    """The lines of a table of sensors, topics and clocks of a run, for so wide a page."""
     if report["sensors"]:
-        table = _table("sensor", *SENSOR_COLUMNS)
+        table = Grid("sensor", *SENSOR_COLUMNS)
         rows = {path: _sensor_cells(sensor, report["loop_hz"]) for path, sensor in report["sensors"].items()}
         widths = (max(map(len, column)) for column in zip(SENSOR_COLUMNS, *rows.values(), strict=True))
-        room = console.width - sum(GAP + width for width in widths) - GAP
+        room = width - sum(GAP + one for one in widths) - GAP
         for path, cells in rows.items():
-            table.add_row(_name(path, room), *cells)
-        console.print(table)
+            table.add(_name(path, room), *cells)
+        yield from _indented(table)
     if report["topics"]:
-        table = _table("topic", "messages")
-        table.add_column("type")
+        table = Grid("topic", "messages", "type", texts=(0, 2))
         for topic, count in report["topics"].items():
-            table.add_row(_name(topic, console.width // 2), _amount(count["messages"]), _name(count["type"]))
-        console.print(table)
-    clocks = _table("clock", "at the end (s)", "counted")
-    clocks.add_row("timeline", _decimal(report["timeline_time"]), counted(report["updates"], "updates"))
-    clocks.add_row("physics", _decimal(report["simulation_time"]), counted(report["physics_steps"], "steps"))
-    clocks.add_row("renderer", _decimal(report["external_time"]), counted(_frames(report), "frames"))
-    console.print(clocks)
+            table.add(_name(topic, width // 2), _amount(count["messages"]), _name(count["type"]))
+        yield from _indented(table)
+    clocks = Grid("clock", "at the end (s)", "counted")
+    clocks.add("timeline", _decimal(report["timeline_time"]), counted(report["updates"], "updates"))
+    clocks.add("physics", _decimal(report["simulation_time"]), counted(report["physics_steps"], "steps"))
+    clocks.add("renderer", _decimal(report["external_time"]), counted(_frames(report), "frames"))
+    yield from _indented(clocks)
     for name, live in report.get("live", {}).items():
         counts = [sum(topic[what] for topic in live["topics"].values()) for what in ("sent", "dropped", "received")]
         said = "{:,} sent, {:,} dropped, {:,} received".format(*counts)
-        console.print(f"live {name}: {live['place']}: {said}", highlight=False, markup=False, soft_wrap=True)
+        yield f"live {name}: {live['place']}: {said}"
     if "stats" in report:
-        console.print(_stats_table(report["stats"]))
+        yield from _indented(_stats_table(report["stats"]))
     for line in report["silent"]:
-        console.print(f"silent: {safe_line(line)}", highlight=False, markup=False, soft_wrap=True)
-    console.print(_wall_line(report), highlight=False, soft_wrap=True)
+        yield f"silent: {safe_line(line)}"
+    yield _wall_line(report)
 
 
-def _stats_table(stats: Mapping[str, Mapping[str, float]]) -> Table:
+def _indented(table: Grid) -> Iterator[str]:
+    return (f" {line}" for line in table.lines())
+
+
+def _stats_table(stats: Mapping[str, Mapping[str, float]]) -> Grid:
     from graph.trade.meter import PARTS
 
-    table = _table("part of the updates", "wall (s)", "processor (s)", "share")
-    table.add_column("what it is")
+    table = Grid("part of the updates", "wall (s)", "processor (s)", "share", "what it is", texts=(0, 4))
     whole = sum(cost["wall_s"] for cost in stats.values())
     for part, cost in stats.items():
-        wall = cost["wall_s"]
-        table.add_row(part, f"{wall:.3f}", f"{cost['cpu_s']:.3f}", f"{wall / whole:.1%}" if whole else "-", PARTS[part])
+        wall, share = cost["wall_s"], f"{cost['wall_s'] / whole:.1%}" if whole else "-"
+        table.add(part, f"{wall:.3f}", f"{cost['cpu_s']:.3f}", share, "\n".join(wrap(PARTS[part], WORDS)))
     return table
 
 
@@ -148,17 +150,6 @@ def warning_lines(report: Report) -> list[str]:
         + (f" ({warning['count']} times)" if warning["count"] > 1 else "")
         for warning in report["warnings"]
     ]
-
-
-def _table(name: str, *columns: str) -> Table:
-    from rich import box
-    from rich.table import Table
-
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, GAP - 1, 0, 0))
-    table.add_column(name, overflow="fold")
-    for column in columns:
-        table.add_column(column, justify="right", no_wrap=True)
-    return table
 
 
 def _sensor_cells(sensor: Mapping[str, Any], loop_hz: str) -> tuple[str, ...]:
@@ -172,16 +163,14 @@ def _sensor_cells(sensor: Mapping[str, Any], loop_hz: str) -> tuple[str, ...]:
     )
 
 
-def _name(text: str, width: int = 40) -> Text:
-    """A name as a table cell, without markup and control characters; a long one continues on the next line."""
-    from rich.text import Text
-
+def _name(text: str, width: int = 40) -> str:
+    """A name as a table cell, without control characters; a long one continues on the next line."""
     lines = [""]
     for part in re.split("(?=/)", safe_line(text)):
         if len(lines[-1]) + len(part) > width and lines[-1]:
             lines.append("")
         lines[-1] += part
-    return Text("\n".join(lines))
+    return "\n".join(piece for line in lines for piece in wrap(line, max(width, 1)) or [""])
 
 
 def _amount(number: int) -> str:

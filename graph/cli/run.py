@@ -37,7 +37,7 @@ from .arguments import (
     overrides_of,
 )
 from .interrupts import between_updates
-from .printing import counted, say, say_json, tell
+from .printing import counted, page_width, say, say_json, tell
 from .safe_log import SafeFormatter
 
 if TYPE_CHECKING:
@@ -249,15 +249,13 @@ def _preview_rate(args: argparse.Namespace) -> Fraction | None:
 
 def _print(args: argparse.Namespace, report: Report, lines: list[str]) -> None:
     """Prints what the run did, what it wrote (`lines`), and its warnings."""
-    from .report import print_table, warning_lines
+    from .report import table_of, warning_lines
 
     if args.json:
         say_json(report)
     else:
-        from rich.console import Console
-
-        # A file or a pipe has no width of its own.
-        print_table(report, Console(width=None if sys.stdout.isatty() else 120))
+        for line in table_of(report, page_width(sys.stdout)):
+            say(line)
     for line in lines:
         (tell if args.json else say)(line)
     for line in warning_lines(report):

@@ -32,6 +32,35 @@ def table_lines(rows: Sequence[Row], headings: Row, width: int) -> tuple[list[st
     return [headings[0]], [line for row in rows for line in _record(row, headings, width)]
 
 
+class Grid:
+    """A table with a line below its headings: texts at the left, numbers at the right. Cells may have several lines."""
+
+    def __init__(self, *headings: str, texts: Sequence[int] = (0,)) -> None:
+        self._rows: list[Row] = [headings]
+        self._texts = frozenset(texts)
+        """Columns of texts."""
+
+    def add(self, *cells: str) -> None:
+        """Adds a row."""
+        self._rows.append(cells)
+
+    def lines(self) -> Iterator[str]:
+        """The table between two empty lines."""
+        rows = [[cell.split("\n") for cell in row] for row in self._rows]
+        widths = [max(len(line) for cell in column for line in cell) for column in zip(*rows, strict=True)]
+        yield ""
+        for number, row in enumerate(rows):
+            for place in range(max(map(len, row))):
+                cells = [cell[place] if place < len(cell) else "" for cell in row]
+                yield "  ".join(
+                    cell.ljust(width) if column in self._texts else cell.rjust(width)
+                    for column, (cell, width) in enumerate(zip(cells, widths, strict=True))
+                )
+            if not number:
+                yield "─" * (sum(widths) + 2 * (len(widths) - 1))
+        yield ""
+
+
 def wrapped_last(rows: Sequence[Row], width: int, most: int) -> Iterator[str]:
     """Rows as indented lines with aligned columns, of which the last wraps at spaces; rows may differ in length.
 

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 from weakref import WeakKeyDictionary
 
 from .events import Dispatcher, EventStream
+from .loops import made_loop, script_loop
 from .session import RUN
 
 if TYPE_CHECKING:
+    import asyncio
+
     from graph.sim import App
 
 T = TypeVar("T")
@@ -35,13 +37,24 @@ class Kit:
         for event, kind in (("play", PLAY), ("resume", PLAY), ("pause", PAUSE), ("stop", STOP)):
             app.on(event, self._timeline(kind))
         app.timeline.on_tick(lambda time, delta: self._ticked(float(time), float(delta)))
-        run = RUN.get()
-        self._loop = asyncio.new_event_loop() if run is None else script_loop()
+        self._of_script = RUN.get() is not None
+        self._own: asyncio.AbstractEventLoop | None = None
 
     @property
     def loop(self) -> asyncio.AbstractEventLoop:
-        """The loop in which coroutines of scripts run, one turn after each update."""
-        return self._loop
+        """The loop in which coroutines of scripts run, one turn after each update; made at its first use."""
+        if self._of_script:
+            return script_loop()
+        if self._own is None:
+            import asyncio
+
+            self._own = asyncio.new_event_loop()
+        return self._own
+
+    @property
+    def _made(self) -> asyncio.AbstractEventLoop | None:
+        """The loop, if anything has used it."""
+        return made_loop() if self._of_script else self._own
 
     def update(self) -> None:
         """One app update, and one turn of the asyncio loop after it."""
@@ -53,9 +66,11 @@ class Kit:
 
     def turn(self) -> None:
         """Runs what is ready in the asyncio loop once; nothing inside a coroutine, which waits for its own update."""
-        loop = self._loop
-        if loop.is_closed() or loop.is_running():
+        loop = self._made
+        if loop is None or loop.is_closed() or loop.is_running():
             return
+        import asyncio
+
         try:
             asyncio.get_running_loop()
         except RuntimeError:
@@ -71,11 +86,16 @@ class Kit:
 
     def finish(self, coroutine: Any) -> Any:
         """Runs a coroutine to its end, with the updates that it waits for."""
-        return self._loop.run_until_complete(coroutine)
+        return self.loop.run_until_complete(coroutine)
 
-    def pending(self) -> bool:
-        """Whether tasks of the script are not done."""
-        return not self._loop.is_closed() and any(not task.done() for task in asyncio.all_tasks(self._loop))
+    def tasks(self) -> set[asyncio.Task[Any]]:
+        """The script's tasks in the loop that are not done."""
+        loop = self._made
+        if loop is None or loop.is_closed():
+            return set()
+        import asyncio
+
+        return asyncio.all_tasks(loop)
 
     def singleton(self, kind: Any, make: Callable[[], T]) -> T:
         """The one object of its kind, made at first use."""
@@ -128,13 +148,3 @@ def kit_of(app: App) -> Kit:
         found = _KITS[app] = Kit(app)
         app.on("close", lambda: _KITS.pop(app, None), LAST)
     return found
-
-
-_LOOPS: list[asyncio.AbstractEventLoop] = []
-
-
-def script_loop() -> asyncio.AbstractEventLoop:
-    """The asyncio loop of the running script; it is there before the App."""
-    if not _LOOPS or _LOOPS[-1].is_closed():
-        _LOOPS[:] = [asyncio.new_event_loop()]
-    return _LOOPS[-1]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import asyncio
 import builtins
 import inspect
 import os
@@ -20,7 +19,8 @@ from graph.base.errors import UserError
 from graph.base.inputs import start_of
 
 from .finder import importable
-from .kit import kit_of, script_loop
+from .kit import kit_of
+from .loops import current_loop, script_loop
 from .session import RUN, Run, ScriptEnd
 
 MAX_BYTES = 10_000_000
@@ -79,6 +79,7 @@ class Script:
             with ExitStack() as held:
                 held.enter_context(importable())
                 held.enter_context(self._surroundings(run))
+                held.enter_context(current_loop())
                 held.enter_context(_watching(self._watched.append))
                 try:
                     return self._executed(run)
@@ -127,10 +128,10 @@ class Script:
         playing = run.app.timeline.is_playing
         for done in count():
             goes_on = run.from_editor and run.updates is not None and playing()
-            if run.over() or not (goes_on or (done < AFTER and kit.pending())):
+            if run.over() or not (goes_on or (done < AFTER and kit.tasks())):
                 break
             kit.update()
-        for task in asyncio.all_tasks(kit.loop) if not kit.loop.is_closed() else ():
+        for task in kit.tasks():
             if task.done() and not task.cancelled() and (error := task.exception()) is not None:
                 raise error
 
@@ -170,8 +171,6 @@ class Script:
         sys.path.insert(0, folder)
         for name in APP_FOLDERS:
             os.environ.setdefault(name, folder)
-        loop = script_loop()
-        asyncio.set_event_loop(loop)
         builtins.ISAAC_LAUNCHED_FROM_TERMINAL = not self.makes_app  # type: ignore[attr-defined]
         try:
             yield
@@ -182,11 +181,6 @@ class Script:
                 sys.modules["__main__"] = main
             os.environ.clear()
             os.environ.update(before[3])
-            for task in asyncio.all_tasks(loop):
-                task.cancel()
-            if not loop.is_running():
-                loop.close()
-            asyncio.set_event_loop(None)
 
 
 def _main_module(path: Path, *, editor: bool) -> ModuleType:

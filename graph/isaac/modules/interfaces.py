@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import logging
 from typing import Any
 
@@ -153,7 +152,9 @@ def createJoint(stage: Any, joint_type: str, from_prim: Any, to_prim: Any) -> An
 
 
 def run_coroutine(coroutine: Any) -> Any:
-    return asyncio.ensure_future(coroutine, loop=kit().loop)
+    from asyncio import ensure_future
+
+    return ensure_future(coroutine, loop=kit().loop)
 
 
 def import_module(name: str) -> Any:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-from asyncio import ensure_future
 from collections.abc import Mapping
 from typing import Any
 
@@ -124,6 +123,8 @@ class SimulationApp:
 
         if run_until_complete:
             return kit().finish(coroutine)
+        from asyncio import ensure_future
+
         return ensure_future(coroutine, loop=kit().loop)
 
     def __enter__(self) -> SimulationApp:

@@ -1,8 +1,4 @@
-import io
-
-from rich.console import Console
-
-from graph.cli.report import print_table
+from graph.cli.report import table_of
 
 SENSOR = {"tick_rate": 10.0, "due": 50, "frames": 50, "elements": 2_389_163}
 REPORT = {
@@ -31,9 +27,7 @@ REPORT = {
 
 
 def test_at_80_columns_no_word_is_broken_and_stamps_are_exact_and_short():
-    out = io.StringIO()
-    print_table(REPORT, Console(file=out, width=80))
-    lines = [line.rstrip() for line in out.getvalue().splitlines()]
+    lines = [line.rstrip() for line in table_of(REPORT, 80)]
     assert max(map(len, lines)) <= 80
     assert [line.split() for line in lines if line.startswith((" /", "/"))] == [
         ["/World/Robot/Chassis", "10", "50", "of", "50", "2,389,163", "0", "4.900000001"],

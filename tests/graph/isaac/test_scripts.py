@@ -329,7 +329,7 @@ print(DifferentialController(name="d", wheel_radius=0.5, wheel_base=1.0).forward
 app.close()
 """)
     assert code == 0, err
-    assert out.splitlines() == ["False dynamic_cube", "[1.0, 3.0]"]
+    assert out.splitlines() == ["False dynamic_cube", "[1. 3.]"]
     assert "isaac-old-name: omni.isaac.core.objects" in err
 
 
