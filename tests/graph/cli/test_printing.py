@@ -16,13 +16,12 @@ TITLE = "\x1b]0;owned\x07"
 
 ALLOWED = {
     "printing.py": ("print", "console.print"),
-    "report.py": ("console.print",),
     "sweep.py": ("bar.console.print",),
     "trade.py": ("console.print",),
     "completion.py": ("print",),
     "help.py": ("print", "Console().print"),
 }
-"""Who may print: the writer, the tables of a run, a trade and a campaign (their cells are made printable), a script and
+"""Who may print: the writer, the tables of a trade and a campaign (their cells are made printable), a script and
 pages without any part of a file.
 """
 
