@@ -21,6 +21,8 @@ from .names import Names, home_of, names_of, public_names
 
 KIT = ("carb", "isaacsim", "omni", "usdrt")
 """Top-level packages that exist only in Kit."""
+ROS = ("rclpy", "sensor_msgs_py")
+"""Those of ROS 2 that are here beside its messages."""
 
 
 class IsaacModule(ModuleType):
@@ -66,7 +68,7 @@ class _Finder(MetaPathFinder, Loader):
         self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         names = names_of(fullname)
-        ros = fullname.partition(".")[0] == "rclpy" or not names.known
+        ros = fullname.partition(".")[0] in ROS or not names.known
         if ros and not _is_ros(fullname):
             return None
         return ModuleSpec(fullname, self, origin="tickgraph", is_package=True)
@@ -92,7 +94,7 @@ def _is_ros(name: str) -> bool:
     run = RUN.get()
     if run is None or not run.rclpy:
         return False
-    if name.partition(".")[0] == "rclpy":
+    if name.partition(".")[0] in ROS:
         return names_of(name).known
     from graph.sim.messages.ros_types import type_names
 
@@ -132,7 +134,7 @@ def importable() -> Iterator[None]:
                         _unbind(name, module)
                     names = names_of(name)
                     # Those of ROS 2 are only for runs that ask for them; old names are said in each run.
-                    if name.startswith("rclpy") or not names.known or names.instead:
+                    if name.partition(".")[0] in ROS or not names.known or names.instead:
                         del _ours[name]
 
 

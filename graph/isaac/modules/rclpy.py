@@ -15,11 +15,14 @@ from graph.sim.messages.ros_types import fields, known, message_type
 
 __all__ = [
     "MultiThreadedExecutor",
+    "MutuallyExclusiveCallbackGroup",
     "Node",
     "QoSDurabilityPolicy",
     "QoSHistoryPolicy",
+    "QoSPresetProfiles",
     "QoSProfile",
     "QoSReliabilityPolicy",
+    "ReentrantCallbackGroup",
     "SingleThreadedExecutor",
     "create_node",
     "init",
@@ -80,16 +83,20 @@ def _to_bus(value: Any, content: Any) -> Any:
         return value
     base = inner[0]
     if int(base[0]) == _BASE and base[1][0] in _NUMBERS:
+        if isinstance(value, (bytes, bytearray, memoryview)):
+            return np.frombuffer(value, base[1][0])
         return np.asarray(value, base[1][0])
     return [_to_bus(one, base) for one in value]
 
 
 class _Publisher:
     def __init__(self, kind: Any, topic: str) -> None:
-        self._type, self.topic_name = kind._type, topic
+        self._type, self.topic_name, self.closed = kind._type, topic, False
         app().bus.advertise(topic, self._type, "rclpy")
 
     def publish(self, msg: Any) -> None:
+        if self.closed:
+            raise RuntimeError(f"the publisher of {self.topic_name} is destroyed")
         bus = app().bus
         bus.publish(self.topic_name, self._type, _to_bus(msg, (_NAME, self._type)), bus.now_ns)
 
@@ -122,6 +129,10 @@ class Node:
 
     def create_publisher(self, msg_type: Any, topic: str, qos_profile: Any = 10, **_: Any) -> _Publisher:
         return _Publisher(msg_type, self._topic(topic))
+
+    def destroy_publisher(self, publisher: _Publisher) -> bool:
+        publisher.closed = True
+        return True
 
     def create_subscription(
         self, msg_type: Any, topic: str, callback: Callable[[Any], Any], qos_profile: Any = 10, **_: Any
@@ -226,3 +237,24 @@ QoSReliabilityPolicy = SimpleNamespace(RELIABLE=1, BEST_EFFORT=2)
 QoSDurabilityPolicy = SimpleNamespace(TRANSIENT_LOCAL=1, VOLATILE=2)
 QoSHistoryPolicy = SimpleNamespace(KEEP_LAST=1, KEEP_ALL=2)
 qos_profile_sensor_data = QoSProfile(5)
+QoSPresetProfiles = SimpleNamespace(
+    **{
+        name: SimpleNamespace(name=name, value=QoSProfile(depth))
+        for name, depth in (
+            ("UNKNOWN", 10),
+            ("SYSTEM_DEFAULT", 10),
+            ("SENSOR_DATA", 5),
+            ("SERVICES_DEFAULT", 10),
+            ("PARAMETERS", 1000),
+            ("PARAMETER_EVENTS", 1000),
+            ("ACTION_STATUS_DEFAULT", 1),
+        )
+    }
+)
+
+
+class ReentrantCallbackGroup:
+    """Callbacks run one after the other here, whatever their group."""
+
+
+MutuallyExclusiveCallbackGroup = ReentrantCallbackGroup

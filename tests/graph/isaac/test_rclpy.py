@@ -60,3 +60,51 @@ def test_without_the_option_there_is_no_rclpy(run_script):
     code, _, err = run_script(SCRIPT)
     assert code == 1
     assert "script.py:3: ModuleNotFoundError: No module named 'rclpy'" in err
+
+
+CLOUDS = """from isaacsim import SimulationApp
+app = SimulationApp()
+import numpy as np
+import rclpy
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.qos import QoSPresetProfiles
+from sensor_msgs.msg import PointCloud2, PointField
+from sensor_msgs_py import point_cloud2
+rclpy.init()
+node = rclpy.create_node("clouds")
+heard = []
+quality = QoSPresetProfiles.SENSOR_DATA.value
+node.create_subscription(PointCloud2, "points", heard.append, quality, callback_group=ReentrantCallbackGroup())
+publisher = node.create_publisher(PointCloud2, "points", quality)
+kinds = [("x", 0, 7), ("y", 4, 7), ("z", 8, 7), ("ring", 12, 4)]
+fields = [PointField(name=name, offset=offset, datatype=kind, count=1) for name, offset, kind in kinds]
+points = np.array([(1, 2, 3, 7), (np.nan, 0, 0, 8)], [("x", "f4"), ("y", "f4"), ("z", "f4"), ("ring", "u2")])
+publisher.publish(PointCloud2(height=1, width=2, fields=fields, point_step=14, row_step=28, data=points.tobytes()))
+rclpy.spin_once(node)
+print(point_cloud2.read_points(heard[0])["ring"].tolist())
+print(point_cloud2.read_points_numpy(heard[0], field_names=("x", "y", "z"), skip_nans=True).tolist())
+for wrong in (("x", "ring"), ("w",)):
+    try:
+        point_cloud2.read_points_numpy(heard[0], field_names=wrong)
+    except ValueError as error:
+        print(error)
+print(node.destroy_publisher(publisher))
+try:
+    publisher.publish(PointCloud2())
+except RuntimeError as error:
+    print(error)
+app.close()
+"""
+
+
+def test_points_of_a_cloud_that_was_heard_are_read_by_their_fields(run_script):
+    code, out, err = run_script(CLOUDS, "--rclpy")
+    assert code == 0, err
+    assert out.splitlines() == [
+        "[7, 8]",
+        "[[1.0, 2.0, 3.0]]",
+        "the fields x, ring are of several types; choose some of one type",
+        "the cloud has no field w; it has x, y, z, ring",
+        "True",
+        "the publisher of /points is destroyed",
+    ]
