@@ -31,7 +31,11 @@ class Kit:
         self.dispatcher = Dispatcher()
         self.singletons: dict[Any, Any] = {}
         """Objects of which a stage has one: World, SimulationContext."""
+        self.viewports: Any = None
+        """The open viewports, once a script asked for them."""
         self.stage_url = ""
+        self.stage_closed = False
+        """Whether the script closed the stage and has not opened another."""
         app.on("timeline_state", self._begin, FIRST)
         app.on("end", self._end, LAST)
         for event, kind in (("play", PLAY), ("resume", PLAY), ("pause", PAUSE), ("stop", STOP)):
@@ -127,6 +131,8 @@ class Kit:
         names = {PLAY: "omni.timeline:play", PAUSE: "omni.timeline:pause", STOP: "omni.timeline:stop"}
 
         def tell() -> None:
+            if self.app.timeline.silent:
+                return
             self.timeline_events.dispatch(kind)
             self.dispatcher.dispatch_event(names[kind], {})
 

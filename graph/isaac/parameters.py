@@ -8,12 +8,16 @@ from inspect import Parameter, Signature
 from typing import Any
 
 
-def renamed(function: Callable[..., Any], name: str, *parameters: str, indices: bool = False) -> Callable[..., Any]:
+def renamed(
+    function: Callable[..., Any], name: str, *parameters: str, indices: bool = False, optional: bool = False
+) -> Callable[..., Any]:
     """A method `name` that takes these parameters by place or by name and passes them on by place.
 
-    indices: whether it also takes the keyword `indices`, and passes that on.
+    indices: whether it also takes the keyword `indices`, and passes that on. optional: parameters are None by default.
     """
-    listed = [Parameter(one, Parameter.POSITIONAL_OR_KEYWORD) for one in ("self", *parameters)]
+    listed = [Parameter("self", Parameter.POSITIONAL_OR_KEYWORD)]
+    default = None if optional else Parameter.empty
+    listed += [Parameter(one, Parameter.POSITIONAL_OR_KEYWORD, default=default) for one in parameters]
     if indices:
         listed.append(Parameter("indices", Parameter.KEYWORD_ONLY, default=None))
     signature = Signature(listed)

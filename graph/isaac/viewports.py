@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+PERSPECTIVE = "/OmniverseKit_Persp"
+FOCAL_LENGTH = 18.147562
+"""Of the perspective camera [tenths of a stage unit]: 60 degrees across its aperture."""
 CAMERAS = {
-    "/OmniverseKit_Persp": ((5.0, 5.0, 5.0), (54.735610317245, 0.0, 135.0)),
+    PERSPECTIVE: ((5.0, 5.0, 5.0), (54.735610317245, 0.0, 135.0)),
     "/OmniverseKit_Front": ((500.0, 0.0, 0.0), (90.0, 0.0, 90.0)),
     "/OmniverseKit_Top": ((0.0, 0.0, 500.0), (0.0, 0.0, -90.0)),
     "/OmniverseKit_Right": ((0.0, -500.0, 0.0), (90.0, 0.0, 0.0)),
@@ -22,5 +25,7 @@ def author_cameras(stage: Any) -> None:
             if stage.GetPrimAtPath(path):
                 continue
             camera = UsdGeom.Camera.Define(stage, path)
+            if path == PERSPECTIVE:
+                camera.CreateFocalLengthAttr(FOCAL_LENGTH)
             camera.AddTranslateOp().Set(Gf.Vec3d(*place))
             camera.AddRotateXYZOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Vec3d(*turn))

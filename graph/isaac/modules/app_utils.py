@@ -14,7 +14,9 @@ if TYPE_CHECKING:
 __all__ = [
     "disable_extension",
     "enable_extension",
+    "get_extension_dict",
     "get_extension_id",
+    "get_extension_path",
     "get_extension_path_from_name",
     "is_extension_enabled",
     "is_paused",
@@ -60,8 +62,18 @@ def _manager() -> ExtensionManager:
     return get_app().get_extension_manager()
 
 
-def get_extension_id(name: str) -> str:
-    return f"{name}-6.0.1"
+def get_extension_id(name: str) -> str | None:
+    return _manager().get_enabled_extension_id(name)
+
+
+def get_extension_dict(name: str) -> dict[str, Any] | None:
+    found = get_extension_id(name)
+    return None if found is None else _manager().get_extension_dict(found)
+
+
+def get_extension_path(name: str) -> str:
+    found = get_extension_id(name)
+    return "" if found is None else _manager().get_extension_path(found)
 
 
 def get_extension_path_from_name(name: str) -> str:

@@ -30,11 +30,11 @@ class Articulation(Properties, XformPrim):
     def fetch_articulation_root_api_prim_paths(paths: Any) -> list[str | None]:
         from graph.sim.usd import Usd
 
-        from .prim_utils import get_prim_at_path
+        from .prim_utils import usd_prim
 
         out: list[str | None] = []
         for path in [paths] if isinstance(paths, str) else paths:
-            prims = Usd.PrimRange(get_prim_at_path(path))
+            prims = Usd.PrimRange(usd_prim(path))
             out.append(next((str(one.GetPath()) for one in prims if one.HasAPI(UsdPhysics.ArticulationRootAPI)), None))
         return out
 

@@ -174,7 +174,7 @@ def _create_prim(
 
 
 def _mesh(prim_type: str = "Cube", prim_path: Any = None, **_: Any) -> Any:
-    from .objects import Mesh
+    from .meshes import Mesh
 
     path = str(prim_path or _free(f"/{prim_type}"))
     Mesh(path, primitives=prim_type)
@@ -245,6 +245,43 @@ def _bind(prim_path: Any, material_path: Any, **_: Any) -> None:
         UsdShade.MaterialBindingAPI.Apply(_prim(path)).Bind(UsdShade.Material(_prim(material_path)))
 
 
+def _physics_material(kind: str) -> Callable[..., Any]:
+    """A physics material at a path; the values that a kind does not have are left out."""
+    arguments = {"staticFriction": "static_frictions", "dynamicFriction": "dynamic_frictions", "density": "densities"}
+    arguments |= {"restitution": "restitutions"} if kind == "RigidBodyMaterial" else {}
+    arguments |= (
+        {} if kind == "RigidBodyMaterial" else {"youngsModulus": "youngs_moduli", "poissonsRatio": "poissons_ratios"}
+    )
+
+    def made(stage: Any = None, path: Any = "/physicsMaterial", **values: Any) -> bool:
+        from . import physics_materials
+
+        given = {arguments[name]: value for name, value in values.items() if name in arguments and value is not None}
+        getattr(physics_materials, kind)(str(path), **given)
+        return True
+
+    return made
+
+
+def _mdl_material(mdl_name: str, mtl_name: str = "", mtl_created_list: Any = None, **_: Any) -> None:
+    """A material below /Looks whose shader is one of an MDL file, which is not read."""
+    from . import visual_materials
+
+    kinds = {"OmniPBR.mdl": "OmniPbrMaterial", "OmniGlass.mdl": "OmniGlassMaterial"}
+    path = _free(f"/Looks/{mtl_name or mdl_name.removesuffix('.mdl')}")
+    if mdl_name not in kinds:
+        warn("material-unknown", mdl_name, f"there are {' and '.join(kinds)}; {path} has no shader")
+    getattr(visual_materials, kinds.get(mdl_name, "VisualMaterial"))(path)
+    if mtl_created_list is not None:
+        mtl_created_list.append(path)
+
+
+def _preview_material(mtl_path: Any, **_: Any) -> None:
+    from . import visual_materials
+
+    visual_materials.PreviewSurfaceMaterial(str(mtl_path))
+
+
 def _api_schema(prim: Any, api: Any, api_prefix: str = "", multiple_api_token: str = "") -> None:
     api.Apply(prim, multiple_api_token) if multiple_api_token else api.Apply(prim)
 
@@ -258,7 +295,7 @@ def _plane(
     color: Any = None,
     **_: Any,
 ) -> str:
-    from .objects import GroundPlane
+    from .ground_planes import GroundPlane
 
     GroundPlane(planePath, sizes=2 * float(size), positions=None if position is None else list(position))
     return planePath
@@ -304,5 +341,10 @@ _COMMANDS: dict[str, Callable[..., Any]] = {
     "ApplyAPISchema": _api_schema,
     "AddGroundPlane": _plane,
     "AddPhysicsScene": lambda path="/physicsScene", **_: app().stage.DefinePrim(str(path), "PhysicsScene"),
+    "AddRigidBodyMaterial": _physics_material("RigidBodyMaterial"),
+    "AddDeformableMaterial": _physics_material("VolumeDeformableMaterial"),
+    "AddSurfaceDeformableMaterial": _physics_material("SurfaceDeformableMaterial"),
+    "CreateAndBindMdlMaterialFromLibrary": _mdl_material,
+    "CreatePreviewSurfaceMaterialPrim": _preview_material,
     "SelectPrims": _select,
 }

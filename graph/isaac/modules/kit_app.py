@@ -41,9 +41,11 @@ class ExtensionManager:
 
     def __init__(self) -> None:
         self._asked: set[str] = set()
+        self._disabled: set[str] = set()
 
     def set_extension_enabled_immediate(self, extension_id: str, enabled: bool) -> bool:
         name = _extension_name(extension_id)
+        (self._disabled.discard if enabled else self._disabled.add)(name)
         if not enabled:
             tell_inert(f"extension {name}", "disabling an extension changes nothing here")
         elif not _exists(name):
@@ -56,10 +58,10 @@ class ExtensionManager:
 
     def is_extension_enabled(self, ext_name: str) -> bool:
         name = _extension_name(ext_name)
-        return name in self._asked or _exists(name)
+        return name not in self._disabled and (name in self._asked or _exists(name))
 
-    def get_enabled_extension_id(self, ext_name: str) -> str:
-        return f"{ext_name}-6.0.1"
+    def get_enabled_extension_id(self, ext_name: str) -> str | None:
+        return f"{_extension_name(ext_name)}-6.0.1" if self.is_extension_enabled(ext_name) else None
 
     def get_extension_dict(self, ext_id: str) -> dict[str, Any]:
         return {"package": {"id": ext_id, "version": "6.0.1"}}

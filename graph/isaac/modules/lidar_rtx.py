@@ -20,7 +20,7 @@ from sensors.handles import resolve
 from sensors.products import product_name, render_product
 from sensors.replicator import get_annotator, get_writer
 
-from .materials import apply_nonvisual_material, get_material_id
+from .nonvisual_materials import apply_nonvisual_material, get_material_id
 from .old_prims import SingleXFormPrim
 
 __all__ = [

@@ -10,7 +10,7 @@ import numpy as np
 from graph.isaac.session import app
 from graph.sim.usd import UsdGeom, UsdPhysics
 
-from . import objects
+from . import ground_planes
 from .old_prims import SingleGeometryPrim, SingleRigidPrim, SingleXFormPrim
 from .prims import GeomPrim, RigidPrim
 
@@ -163,7 +163,7 @@ class GroundPlane(SingleXFormPrim):
         physics_material: Any = None,
         visual_material: Any = None,
     ) -> None:
-        plane = objects.GroundPlane(prim_path, sizes=100.0 if size is None else size, colors=color)
+        plane = ground_planes.GroundPlane(prim_path, sizes=100.0 if size is None else size, colors=color)
         super().__init__(prim_path, name, visible=visible, scale=scale)
         if z_position is not None:
             self.set_local_pose(translation=(0.0, 0.0, float(z_position)))

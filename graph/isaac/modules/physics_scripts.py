@@ -55,7 +55,7 @@ def removeCollider(prim: Any) -> None:
 def add_ground_plane(
     stage: Any, planePath: str, axis: str = "Z", size: float = 100.0, position: Any = (0, 0, 0), color: Any = None
 ) -> str:
-    from .objects import GroundPlane
+    from .ground_planes import GroundPlane
 
     GroundPlane(str(planePath), sizes=2 * float(size), positions=[*position])
     return str(planePath)
@@ -94,7 +94,7 @@ def add_physics_material_to_prim(stage: Any, prim: Any, materialPath: Any) -> No
 
 
 def createMeshBox(stage: Any, path: str, size: float = 1.0) -> Any:
-    from .objects import Mesh
+    from .meshes import Mesh
 
     made = Mesh(str(path), primitives="Cube")
     made.set_local_scales([[size] * 3])

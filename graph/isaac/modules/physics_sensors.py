@@ -12,7 +12,7 @@ from graph.isaac.session import app
 from . import sensor_readings as readings
 from .old_prims import SingleXFormPrim
 from .sensor_prims import IMU, Contact
-from .stage import get_current_stage
+from .stage import usd_stage
 
 __all__ = ["ContactSensor", "EffortSensor", "IMUSensor"]
 
@@ -126,7 +126,7 @@ class EffortSensor(readings.EffortSensor):
     def __init__(
         self, prim_path: str, sensor_period: float = -1, use_latest_data: bool = False, enabled: bool = True
     ) -> None:
-        if not get_current_stage().GetPrimAtPath(prim_path):
+        if not usd_stage().GetPrimAtPath(prim_path):
             raise ValueError(f"{prim_path} does not exist; give the path of a joint")
         super().__init__(prim_path, enabled)
 

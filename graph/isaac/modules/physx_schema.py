@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
-from functools import wraps
 from typing import Any
 
 from graph.sim.usd import Sdf, Usd
+
+from .own_schemas import OwnSchema, applied, take_own_schemas
 
 _PREFIXES = {
     "PhysxSceneAPI": "physxScene",
@@ -36,43 +37,14 @@ __all__ = [*_PREFIXES, "Tokens"]  # noqa: PLE0604
 _KINDS = {bool: "bool", int: "int", float: "float", str: "token"}
 
 
-def _take_our_schemas() -> None:
-    """Lets `prim.HasAPI`, `ApplyAPI`, `RemoveAPI` and `CanApplyAPI` of USD take the schemas below by their classes."""
-    for name in ("HasAPI", "ApplyAPI", "RemoveAPI", "CanApplyAPI"):
-        usual = getattr(Usd.Prim, name)
-        if not hasattr(usual, "__wrapped__"):
-            setattr(Usd.Prim, name, _taking(name, usual))
-
-
-def _taking(name: str, usual: Any) -> Any:
-    @wraps(usual)
-    def call(self: Any, schema: Any, *instance: Any, **named: Any) -> Any:
-        if not (isinstance(schema, type) and issubclass(schema, _Api)):
-            return usual(self, schema, *instance, **named)
-        part = str(named.get("instanceName") or (instance[0] if instance else ""))
-        full = f"{schema.name}:{part}" if part else schema.name
-        if name == "HasAPI":
-            return any(one == full or (not part and one.startswith(f"{full}:")) for one in _applied(self))
-        if name == "CanApplyAPI":
-            return bool(self)
-        return (self.AddAppliedSchema if name == "ApplyAPI" else self.RemoveAppliedSchema)(full)
-
-    return call
-
-
-def _applied(prim: Any) -> list[str]:
-    """The API schemas of a prim, those that USD does not know too."""
-    return [str(one) for one in prim.GetPrimTypeInfo().GetAppliedAPISchemas()] if prim else []
-
-
 class Tokens:
     linear, angular = "linear", "angular"
 
 
-class _Api:
+class _Api(OwnSchema):
     """An applied schema of a prim: `Create...Attr(value)`, `Get...Attr()`, `Get...Rel()`."""
 
-    name, prefix = "", ""
+    prefix = ""
 
     def __init__(self, prim: Any = None, instance: str = "") -> None:
         self._prim = prim.GetPrim() if hasattr(prim, "GetPrim") else prim
@@ -101,7 +73,7 @@ class _Api:
         return self._prim.GetPath()
 
     def __bool__(self) -> bool:
-        return any(one == self.name or one.startswith(f"{self.name}:") for one in _applied(self._prim))
+        return any(one == self.name or one.startswith(f"{self.name}:") for one in applied(self._prim))
 
     def _full(self, words: str) -> str:
         short = words[0].lower() + words[1:]
@@ -144,4 +116,4 @@ class _Api:
 
 for _name, _prefix in _PREFIXES.items():
     globals()[_name] = type(_name, (_Api,), {"name": _name, "prefix": _prefix, "__module__": "pxr.PhysxSchema"})
-_take_our_schemas()
+take_own_schemas()

@@ -8,11 +8,11 @@ import numpy as np
 
 from graph.isaac.outcomes import tell_inert
 from graph.isaac.results import Result, numbers, result, rows, words
-from graph.sim.usd import UsdGeom, UsdShade
+from graph.sim.usd import Sdf, UsdGeom, UsdShade
 from sensors.xform import local_pose
 
 from .prim_utils import find_matching_prim_paths
-from .stage import get_current_stage
+from .stage import usd_stage
 from .xforms import put, world_parts
 
 __all__ = ["Prim", "XformPrim"]
@@ -24,7 +24,7 @@ class Prim:
     def __init__(self, paths: Any, *, resolve_paths: bool = True) -> None:
         listed = [paths] if isinstance(paths, str) else [str(one) for one in paths]
         self.paths = self.resolve_paths(listed)[0] if resolve_paths else listed
-        stage = get_current_stage()
+        stage = usd_stage()
         self.prims = [stage.GetPrimAtPath(path) for path in self.paths]
         if missing := [path for path, prim in zip(self.paths, self.prims, strict=True) if not prim]:
             raise ValueError(f"there is no prim {missing[0]}")
@@ -34,11 +34,11 @@ class Prim:
     def resolve_paths(paths: Any, raise_on_mixed_paths: bool = True) -> tuple[list[str], list[str]]:
         existing: list[str] = []
         new: list[str] = []
-        stage = get_current_stage()
+        stage = usd_stage()
         for path in [paths] if isinstance(paths, str) else paths:
             if not path.startswith("/"):
                 raise ValueError(f"{path} is not the path of a prim; it begins with /")
-            found = [path] if stage.GetPrimAtPath(path) else []
+            found = [path] if Sdf.Path.IsValidPathString(path) and stage.GetPrimAtPath(path) else []
             if not found and any(letter in path for letter in ".*[](|)+?"):
                 found = find_matching_prim_paths(path)
             (existing if found else new).extend(found or [path])
@@ -147,8 +147,7 @@ class XformPrim(Prim):
         self, materials: Any, *, weaker_than_descendants: Any = None, indices: Any = None
     ) -> None:
         chosen = numbers(indices, len(self))
-        listed = list(materials) if isinstance(materials, (list, tuple)) else [materials] * len(chosen)
-        for one, material in zip(chosen, listed, strict=True):
+        for one, material in zip(chosen, words(materials, len(chosen)), strict=True):
             prims = getattr(material, "prims", None) or [getattr(material, "prim", None)]
             if prims[0]:
                 UsdShade.MaterialBindingAPI.Apply(self.prims[one]).Bind(UsdShade.Material(prims[0]))
@@ -156,11 +155,11 @@ class XformPrim(Prim):
                 tell_inert(f"{type(material).__name__} on {self.paths[one]}")
 
     def get_applied_visual_materials(self, *, indices: Any = None) -> list[Any]:
-        from .materials import VisualMaterial
+        from .visual_materials import VisualMaterial
 
         found = [UsdShade.MaterialBindingAPI(self.prims[one]) for one in numbers(indices, len(self))]
         bound = [one.GetDirectBinding().GetMaterial() for one in found]
-        return [VisualMaterial(str(one.GetPath())) if one else None for one in bound]
+        return [VisualMaterial.fetch_instances(one.GetPrim())[0] if one else None for one in bound]
 
     def get_default_state(self, *, indices: Any = None) -> tuple[Any, ...]:
         return self._defaults.get("positions"), self._defaults.get("orientations")

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 
 from graph.sim.usd import Sdf, Usd, UsdGeom
 
-from .stage import get_current_stage
+from .stage import asks_fabric, offered, usd_stage
 
 __all__ = [
     "add_labels",
@@ -43,8 +43,13 @@ __all__ = [
 ]
 
 
+def usd_prim(path: Any) -> Any:
+    """The prim of USD at a path, or of an object with a path."""
+    return path if isinstance(path, Usd.Prim) else usd_stage().GetPrimAtPath(get_prim_path(path))
+
+
 def get_prim_at_path(path: Any) -> Any:
-    return path if isinstance(path, Usd.Prim) else get_current_stage().GetPrimAtPath(get_prim_path(path))
+    return offered(usd_prim(path))
 
 
 def get_prim_path(prim: Any) -> str:
@@ -53,27 +58,34 @@ def get_prim_path(prim: Any) -> str:
 
 def find_matching_prim_paths(path: str, *, traverse: bool = False) -> list[str]:
     if traverse:
-        pattern = re.compile(f"^{path}$")
-        return [str(one.GetPath()) for one in get_current_stage().Traverse() if pattern.match(str(one.GetPath()))]
-    found = [get_current_stage().GetPseudoRoot()]
+        pattern = re.compile(path)
+        return [str(one.GetPath()) for one in usd_stage().Traverse() if pattern.match(str(one.GetPath()))]
+    found = [usd_stage().GetPseudoRoot()]
     for part in path.strip("/").split("/"):
         pattern = re.compile(f"^{part}$")
         found = [child for prim in found for child in prim.GetAllChildren() if pattern.match(child.GetName())]
     return [str(prim.GetPath()) for prim in found]
 
 
+def _nearest_first(prim: Any, max_depth: int | None) -> Iterator[Any]:
+    """A prim and what is below it, level by level."""
+    level, depth = [prim], 0
+    while level:
+        yield from level
+        if depth == max_depth:
+            return
+        level = [child for one in level for child in one.GetFilteredChildren(Usd.TraverseInstanceProxies())]
+        depth += 1
+
+
 def get_all_matching_child_prims(
     prim: Any, *, predicate: Callable[[Any, str], bool], include_self: bool = False, max_depth: int | None = None
 ) -> list[Any]:
-    root = get_prim_at_path(prim)
-    base = root.GetPath().pathElementCount
-    return [
-        one
-        for one in Usd.PrimRange(root, Usd.TraverseInstanceProxies())
-        if (include_self or one != root)
-        and (max_depth is None or one.GetPath().pathElementCount - base <= max_depth)
-        and predicate(one, str(one.GetPath()))
-    ]
+    if max_depth is not None and max_depth < 0:
+        raise ValueError(f"max_depth is 0 or more, not {max_depth}")
+    root = usd_prim(prim)
+    found = [one for one in _nearest_first(root, max_depth) if include_self or one != root]
+    return [one for one in map(offered, found) if predicate(one, str(one.GetPath()))]
 
 
 def get_first_matching_child_prim(
@@ -85,42 +97,51 @@ def get_first_matching_child_prim(
 def get_first_matching_parent_prim(
     prim: Any, *, predicate: Callable[[Any, str], bool], include_self: bool = False
 ) -> Any:
-    one = get_prim_at_path(prim)
+    one = usd_prim(prim)
     one = one if include_self else one.GetParent()
     while one and not one.IsPseudoRoot():
-        if predicate(one, str(one.GetPath())):
-            return one
+        if predicate(offered(one), str(one.GetPath())):
+            return offered(one)
         one = one.GetParent()
     return None
 
 
 def create_prim_attribute(prim: Any, *, name: str, type_name: Any, exist_ok: bool = True) -> Any:
-    found = get_prim_at_path(prim)
+    found = usd_prim(prim)
     if found.HasAttribute(name) and not exist_ok:
         raise RuntimeError(f"{found.GetPath()} has an attribute {name} already")
-    kind = type_name if isinstance(type_name, Sdf.ValueTypeName) else Sdf.ValueTypeNames.Find(str(type_name))
-    return found.CreateAttribute(name, kind)
+    from .foundation import resolve_value_type_name
+
+    made = found.CreateAttribute(name, resolve_value_type_name(type_name, backend="usd"))
+    return offered(found).GetAttribute(name) if asks_fabric() else made
 
 
 def get_prim_attribute_names(prim: Any) -> list[str]:
-    return [one.GetName() for one in get_prim_at_path(prim).GetAttributes()]
+    return [one.GetName() for one in usd_prim(prim).GetAttributes()]
 
 
 def get_prim_attribute_value(prim: Any, attribute_name: str) -> Any:
-    return get_prim_at_path(prim).GetAttribute(attribute_name).Get()
+    return _attribute(prim, attribute_name).Get()
 
 
 def set_prim_attribute_value(prim: Any, attribute_name: str, value: Any) -> None:
-    get_prim_at_path(prim).GetAttribute(attribute_name).Set(value)
+    _attribute(prim, attribute_name).Set(value)
+
+
+def _attribute(prim: Any, name: str) -> Any:
+    found = usd_prim(prim).GetAttribute(name)
+    if not found:
+        raise ValueError(f"{get_prim_path(prim)} has no attribute {name!r}")
+    return found
 
 
 def ensure_api(prim: Any, api: Any, *args: Any, **kwargs: Any) -> Any:
-    found = get_prim_at_path(prim)
+    found = usd_prim(prim)
     return api(found, *args) if found.HasAPI(api, *args) else api.Apply(found, *args, **kwargs)
 
 
 def has_api(prim: Any, api: Any, *, test: str = "all") -> bool:
-    found = get_prim_at_path(prim)
+    found = usd_prim(prim)
     listed = api if isinstance(api, (list, tuple)) else [api]
     applied = [str(one) for one in found.GetAppliedSchemas()]
     has = [
@@ -129,34 +150,37 @@ def has_api(prim: Any, api: Any, *, test: str = "all") -> bool:
         else found.HasAPI(name)
         for name in listed
     ]
-    return {"all": all(has), "any": any(has), "none": not any(has)}[test]
+    found_by = {"all": all(has), "any": any(has), "none": not any(has)}
+    if test not in found_by:
+        raise ValueError(f'the test is "all", "any" or "none", not {test!r}')
+    return found_by[test]
 
 
 def get_prim_variants(prim: Any) -> list[tuple[str, str]]:
-    sets = get_prim_at_path(prim).GetVariantSets()
+    sets = usd_prim(prim).GetVariantSets()
     return [(name, sets.GetVariantSelection(name)) for name in sets.GetNames()]
 
 
 def get_prim_variant_collection(prim: Any) -> dict[str, list[str]]:
-    sets = get_prim_at_path(prim).GetVariantSets()
+    sets = usd_prim(prim).GetVariantSets()
     return {name: sets.GetVariantSet(name).GetVariantNames() for name in sets.GetNames()}
 
 
 def set_prim_variants(prim: Any, *, variants: list[tuple[str, str]]) -> None:
     for name, choice in variants:
-        get_prim_at_path(prim).GetVariantSet(name).SetVariantSelection(choice)
+        usd_prim(prim).GetVariantSet(name).SetVariantSelection(choice)
 
 
 def is_prim_non_root_articulation_link(prim: Any) -> bool:
     from graph.sim.scene.mechanisms import mechanisms_of
 
-    found = get_prim_at_path(prim)
+    found = usd_prim(prim)
     links = mechanisms_of(found.GetStage()).carriers(str(found.GetPath()))
     return bool(links) and "PhysicsArticulationRootAPI" not in found.GetAppliedSchemas() and len(links) > 1
 
 
 def add_labels(prim: Any, *, labels: Any, taxonomy: str = "class") -> None:
-    found = get_prim_at_path(prim)
+    found = usd_prim(prim)
     listed = [labels] if isinstance(labels, str) else list(labels)
     name = f"semantics:labels:{taxonomy}"
     present = list(found.GetAttribute(name).Get() or ()) if found.HasAttribute(name) else []
@@ -167,7 +191,7 @@ def add_labels(prim: Any, *, labels: Any, taxonomy: str = "class") -> None:
 
 def get_labels(prim: Any, *, include_descendants: bool = False) -> dict[str, list[str]]:
     out: dict[str, list[str]] = {}
-    root = get_prim_at_path(prim)
+    root = usd_prim(prim)
     for one in Usd.PrimRange(root) if include_descendants else [root]:
         for attribute in one.GetAttributes():
             if attribute.GetName().startswith("semantics:labels:"):
@@ -179,7 +203,7 @@ def get_labels(prim: Any, *, include_descendants: bool = False) -> dict[str, lis
 
 def remove_labels(prim: Any, *, labels: Any, taxonomy: str | None = None, include_descendants: bool = False) -> None:
     gone = {labels} if isinstance(labels, str) else set(labels)
-    root = get_prim_at_path(prim)
+    root = usd_prim(prim)
     for one in Usd.PrimRange(root) if include_descendants else [root]:
         for attribute in one.GetAttributes():
             name = attribute.GetName()
@@ -188,7 +212,7 @@ def remove_labels(prim: Any, *, labels: Any, taxonomy: str | None = None, includ
 
 
 def remove_all_labels(prim: Any, *, remove_taxonomies: bool = False, include_descendants: bool = False) -> None:
-    root = get_prim_at_path(prim)
+    root = usd_prim(prim)
     for one in Usd.PrimRange(root) if include_descendants else [root]:
         for name in [each.GetName() for each in one.GetAttributes()]:
             if not name.startswith("semantics:labels:"):
@@ -201,21 +225,21 @@ def remove_all_labels(prim: Any, *, remove_taxonomies: bool = False, include_des
 
 def upgrade_prim_semantics_to_labels(prim: Any, *, include_descendants: bool = False) -> list[str]:
     """Turns labels of the former schema, `SemanticsAPI`, into present ones; gives the paths of the changed prims."""
-    root, changed = get_prim_at_path(prim), []
+    root, changed = usd_prim(prim), []
     for one in list(Usd.PrimRange(root)) if include_descendants else [root]:
         listed = one.GetPrimTypeInfo().GetAppliedAPISchemas()  # those that USD does not know, too
         former = [str(name) for name in listed if str(name).startswith("SemanticsAPI:")]
         for schema in former:
             name = f"semantic:{schema.partition(':')[2]}:params:semantic"
             taxonomy, label = (one.GetAttribute(name + part).Get() for part in ("Type", "Data"))
-            if taxonomy and label:
-                add_labels(one, labels=[str(label)], taxonomy=str(taxonomy))
+            if not taxonomy or not label:
+                continue
+            add_labels(one, labels=[str(label)], taxonomy=str(taxonomy))
             one.RemoveAppliedSchema(schema)
             for part in ("Type", "Data"):
                 one.RemoveProperty(name + part)
-        if former:
             changed.append(str(one.GetPath()))
-    return changed
+    return list(dict.fromkeys(changed))
 
 
 def create_bbox_cache(time: Any = None, *, use_extents_hint: bool = True, use_extents: bool = True) -> Any:
@@ -224,7 +248,7 @@ def create_bbox_cache(time: Any = None, *, use_extents_hint: bool = True, use_ex
 
 def compute_aabb(prim: Any, *, bbox_cache: Any = None, include_children: bool = False) -> np.ndarray:
     cache = bbox_cache or create_bbox_cache(use_extents_hint=False)
-    found = get_prim_at_path(prim)
+    found = usd_prim(prim)
     if not found:
         raise ValueError(f"there is no prim {prim}")
     box = cache.ComputeWorldBound(found).ComputeAlignedRange()
@@ -239,7 +263,7 @@ def compute_combined_aabb(prims: list[Any], *, bbox_cache: Any = None) -> np.nda
 
 
 def compute_obb(prim: Any, *, bbox_cache: Any = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    box = (bbox_cache or create_bbox_cache(use_extents_hint=False)).ComputeWorldBound(get_prim_at_path(prim))
+    box = (bbox_cache or create_bbox_cache(use_extents_hint=False)).ComputeWorldBound(usd_prim(prim))
     matrix = np.array(box.GetMatrix())
     low, high = np.array(box.GetRange().GetMin()), np.array(box.GetRange().GetMax())
     axes = matrix[:3, :3]

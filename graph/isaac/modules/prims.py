@@ -50,8 +50,7 @@ class GeomPrim(XformPrim):
         from graph.sim.usd import UsdShade
 
         chosen = numbers(indices, len(self))
-        listed = list(materials) if isinstance(materials, (list, tuple)) else [materials] * len(chosen)
-        for one, material in zip(chosen, listed, strict=True):
+        for one, material in zip(chosen, words(materials, len(chosen)), strict=True):
             binding = UsdShade.MaterialBindingAPI.Apply(self.prims[one])
             for prim in material.prims[:1]:
                 binding.Bind(UsdShade.Material(prim), UsdShade.Tokens.weakerThanDescendants, "physics")
@@ -83,11 +82,11 @@ class GeomPrim(XformPrim):
     def get_applied_physics_materials(self, *, indices: Any = None) -> list[Any]:
         from graph.sim.usd import UsdShade
 
-        from .materials import RigidBodyMaterial
+        from .physics_materials import PhysicsMaterial
 
         found = [UsdShade.MaterialBindingAPI(self.prims[one]) for one in numbers(indices, len(self))]
         bound = [one.GetDirectBinding("physics").GetMaterial() for one in found]
-        return [RigidBodyMaterial(str(one.GetPath())) if one else None for one in bound]
+        return [PhysicsMaterial.fetch_instances(one.GetPrim())[0] if one else None for one in bound]
 
     def set_torsional_patch_radii(self, radii: Any, *, indices: Any = None, minimum: bool = False) -> None:
         chosen = numbers(indices, len(self))

@@ -6,10 +6,14 @@ from typing import Any
 
 from graph.sim.usd import Sdf
 
+from .own_schemas import OwnSchema, take_own_schemas
+
 __all__ = ["SemanticsAPI"]
 
 
-class SemanticsAPI:
+class SemanticsAPI(OwnSchema):
+    name = "SemanticsAPI"
+
     def __init__(self, prim: Any, instance: str = "Semantics") -> None:
         self._prim, self._instance = prim, instance
 
@@ -39,3 +43,6 @@ class SemanticsAPI:
 
     def GetSemanticDataAttr(self) -> Any:
         return self._prim.GetAttribute(f"semantic:{self._instance}:params:semanticData")
+
+
+take_own_schemas()

@@ -12,7 +12,7 @@ from sensors.inertial import attribute_of
 
 from .prim_base import Prim, XformPrim
 from .prims import attribute
-from .stage import generate_next_free_path, get_current_stage
+from .stage import generate_next_free_path, usd_stage
 
 __all__ = ["IMU", "Contact", "Raycast"]
 
@@ -36,7 +36,7 @@ class SensorPrim(XformPrim):
         found, _ = Prim.resolve_paths(path)
         if len(found) != 1:
             raise ValueError(f"{path} stands for {len(found)} prims; give the path of one")
-        text, stage = found[0], get_current_stage()
+        text, stage = found[0], usd_stage()
         prim = stage.GetPrimAtPath(text)
         if prim and str(prim.GetTypeName()) != self.kind:
             raise ValueError(f"{text} is a {prim.GetTypeName() or 'prim without a type'}, not an {self.kind}")
@@ -206,7 +206,7 @@ class Raycast(SensorPrim):
 
 def _body_above(path: str) -> Any:
     """The nearest prim above that is an enabled rigid body; None without one."""
-    stage = get_current_stage()
+    stage = usd_stage()
     for prefix in reversed(Sdf.Path(path).GetParentPath().GetPrefixes()):
         prim = stage.GetPrimAtPath(prefix)
         if prim and prim.HasAPI(UsdPhysics.RigidBodyAPI) and attribute_of(prim, "physics:rigidBodyEnabled", True):

@@ -16,7 +16,7 @@ from sensors.inertial import InertialUnit, attribute_of, body_of, widths_of
 from sensors.rays import RaySensor
 
 from .sensor_prims import IMU, Contact, Raycast, SensorPrim
-from .stage import get_current_stage
+from .stage import usd_stage
 
 __all__ = [
     "ContactSensor",
@@ -134,7 +134,7 @@ class _Sensor:
         """The prim, if it can be read now; else None."""
         present = app()
         stepped = present.simulation.get_num_physics_steps() > 0  # none after a stop
-        prim = get_current_stage().GetPrimAtPath(self._prim_path)
+        prim = usd_stage().GetPrimAtPath(self._prim_path)
         return prim if stepped and self.enabled and prim and attribute_of(prim, "enabled", True) else None
 
     def reset(self) -> None:
@@ -182,7 +182,7 @@ class IMUSensor(_Authored):
 
     def _follow(self) -> None:
         self.reset()
-        prim = get_current_stage().GetPrimAtPath(self._prim_path)
+        prim = usd_stage().GetPrimAtPath(self._prim_path)
         if not prim or app().physics is None:
             return
         try:

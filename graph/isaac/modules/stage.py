@@ -7,10 +7,11 @@ from contextlib import contextmanager
 from typing import Any
 
 from graph.isaac.assets import local_path, missing
-from graph.isaac.session import app, app_or_none, warn
-from graph.sim.usd import Sdf, Usd, UsdGeom, UsdPhysics
+from graph.isaac.session import app, app_or_none, kit, warn
+from graph.sim.usd import Sdf, Usd, UsdGeom, UsdLux, UsdPhysics, UsdUtils
 
-from .usd import get_context, get_stage_next_free_path, save
+from .backend import get_current_backend
+from .usd import check_ancestral, get_context, get_stage_next_free_path, save
 
 __all__ = [
     "add_reference_to_stage",
@@ -40,17 +41,28 @@ __all__ = [
 _STAGES: list[Any] = []
 
 
-def get_current_stage(*, backend: str | None = None) -> Any:
+def usd_stage() -> Any:
+    """The stage of USD that calls act on, whatever backend the script chose."""
     if _STAGES:
         return _STAGES[-1]
     found = app_or_none()
-    if found is None:
-        raise ValueError("there is no stage; make SimulationApp(...) first")
-    if backend in ("usdrt", "fabric"):
+    if found is None or kit().stage_closed:
+        raise ValueError("there is no stage; open one, or make SimulationApp(...) first")
+    return found.stage
+
+
+def asks_fabric(backend: str | None = None) -> bool:
+    """Whether the script wants the objects of `usdrt`, by the argument or by `use_backend`."""
+    return (backend or get_current_backend(["usd", "usdrt", "fabric"])) in ("usdrt", "fabric")
+
+
+def get_current_stage(*, backend: str | None = None) -> Any:
+    stage = usd_stage()
+    if asks_fabric(backend):
         from . import usdrt
 
         return usdrt.Usd.Stage()
-    return found.stage
+    return stage
 
 
 @contextmanager
@@ -71,7 +83,10 @@ def is_stage_loading() -> bool:
 
 
 def get_stage_id(stage: Any) -> int:
-    return get_context().get_stage_id()
+    """The stage's number in USD's cache, which takes it in if it is not there."""
+    cache = UsdUtils.StageCache.Get()
+    found = cache.GetId(stage)
+    return int((found if found.IsValid() else cache.Insert(stage)).ToLongInt())
 
 
 def add_reference_to_stage(
@@ -82,7 +97,7 @@ def add_reference_to_stage(
     variants: Sequence[tuple[str, str]] | None = None,
     stage: Any = None,
 ) -> Any:
-    stage = stage or get_current_stage()
+    stage = stage or usd_stage()
     prim = stage.GetPrimAtPath(path) or stage.DefinePrim(path, prim_type)
     refer(prim, usd_path)
     for name, choice in variants or ():
@@ -132,11 +147,9 @@ async def open_stage_async(usd_path: str) -> tuple[bool, Any]:
 def create_new_stage(*, template: str | None = None) -> Any:
     get_context().new_stage()
     stage = app().stage
+    if template is not None:
+        stage.SetDefaultPrim(stage.DefinePrim("/World", "Xform"))
     if template not in (None, "empty"):
-        world = stage.DefinePrim("/World", "Xform")
-        stage.SetDefaultPrim(world)
-        from graph.sim.usd import UsdLux
-
         UsdLux.DistantLight.Define(stage, "/Environment/defaultLight").CreateIntensityAttr(3000.0)
     return stage
 
@@ -156,43 +169,65 @@ def save_stage(usd_path: str, save_and_reload_in_place: bool = True) -> bool:
 
 
 def define_prim(path: str, type_name: str = "Xform") -> Any:
-    stage = get_current_stage()
-    if not Sdf.Path.IsValidPathString(str(path)) or not str(path).startswith("/"):
+    stage = usd_stage()
+    if not _is_path(path):
         raise ValueError(f"{path!r} is not the path of a prim")
     prim = stage.GetPrimAtPath(path)
-    if prim:
-        if prim.GetTypeName() != type_name:
-            raise RuntimeError(f"there is a {prim.GetTypeName() or 'typeless prim'} at {path}, not a {type_name}")
+    if prim and prim.GetTypeName() != type_name:
+        raise RuntimeError(f"there is a {prim.GetTypeName() or 'typeless prim'} at {path}, not a {type_name}")
+    return offered(prim or stage.DefinePrim(path, type_name))
+
+
+def _is_path(path: Any) -> bool:
+    return bool(Sdf.Path.IsValidPathString(str(path))) and str(path).startswith("/")
+
+
+def offered(prim: Any) -> Any:
+    """A prim as the script's backend has it: of USD, or of `usdrt`."""
+    if prim is None or not asks_fabric():
         return prim
-    return stage.DefinePrim(path, type_name)
+    from . import usdrt
+
+    return usdrt.Usd.Prim(prim)
+
+
+def _found(prim: Any) -> Any:
+    """A prim of the stage, by itself or by its path. Raises ValueError if there is none."""
+    path = prim if isinstance(prim, str) else prim.GetPath()
+    found = usd_stage().GetPrimAtPath(path)
+    if not found:
+        raise ValueError(f"{path} is not a valid prim: the stage has none there")
+    return found
 
 
 def delete_prim(prim: Any) -> bool:
-    path = prim if isinstance(prim, str) else prim.GetPath()
-    stage = get_current_stage()
-    if not stage.GetPrimAtPath(path):
-        return False
-    return bool(stage.RemovePrim(path))
+    found = _found(prim)
+    return not check_ancestral(found) and bool(usd_stage().RemovePrim(found.GetPath()))
 
 
 def move_prim(target: Any, destination: Any) -> tuple[bool, str]:
-    source = str(target if isinstance(target, str) else target.GetPath())
+    """Moves a prim below an existing one, or to a new path below one.
+
+    Raises ValueError for a target that is not there, and for a path that is none or whose parent is not there.
+    """
+    stage, source = usd_stage(), _found(target).GetPath()
     to = str(destination if isinstance(destination, str) else destination.GetPath())
-    stage = get_current_stage()
-    if stage.GetPrimAtPath(to) and not isinstance(destination, str):
-        to = f"{to}/{source.rpartition('/')[2]}"
+    if not _is_path(to):
+        raise ValueError(f"{to!r} is not a valid path string of a prim")
+    if to == "/" or stage.GetPrimAtPath(to):
+        to = f"{to.rstrip('/')}/{source.name}"
+    if not stage.GetPrimAtPath(Sdf.Path(to).GetParentPath()):
+        raise ValueError(f"{to} has an unexisting parent; define it first")
     editor = Usd.NamespaceEditor(stage)
-    done = bool(editor.MovePrimAtPath(source, to) and editor.ApplyEdits())
-    return done, to
+    return bool(editor.MovePrimAtPath(source, to) and editor.ApplyEdits()), to
 
 
 def generate_next_free_path(path: str | None = None, *, prepend_default_prim: bool = True) -> str:
-    stage = get_current_stage()
-    return get_stage_next_free_path(stage, path or "/Prim", prepend_default_prim)
+    return get_stage_next_free_path(usd_stage(), "/Prim" if path in (None, "", "/") else path, prepend_default_prim)
 
 
 def generate_stage_representation(mode: str = "tree") -> str:
-    prims = list(get_current_stage().Traverse())
+    prims = list(usd_stage().Traverse())
     if mode == "list":
         return "\n".join(f"{prim.GetPath()} ({prim.GetTypeName()})" for prim in prims)
     return "\n".join(
@@ -201,12 +236,12 @@ def generate_stage_representation(mode: str = "tree") -> str:
 
 
 def get_stage_units() -> tuple[float, float]:
-    stage = get_current_stage()
+    stage = usd_stage()
     return UsdGeom.GetStageMetersPerUnit(stage), UsdPhysics.GetStageKilogramsPerUnit(stage)
 
 
 def set_stage_units(*, meters_per_unit: float | None = None, kilograms_per_unit: float | None = None) -> None:
-    stage = get_current_stage()
+    stage = usd_stage()
     if meters_per_unit is not None:
         UsdGeom.SetStageMetersPerUnit(stage, meters_per_unit)
     if kilograms_per_unit is not None:
@@ -214,15 +249,15 @@ def set_stage_units(*, meters_per_unit: float | None = None, kilograms_per_unit:
 
 
 def get_stage_up_axis() -> str:
-    return str(UsdGeom.GetStageUpAxis(get_current_stage()))
+    return str(UsdGeom.GetStageUpAxis(usd_stage()))
 
 
 def set_stage_up_axis(up_axis: str) -> None:
-    UsdGeom.SetStageUpAxis(get_current_stage(), up_axis)
+    UsdGeom.SetStageUpAxis(usd_stage(), up_axis.upper())
 
 
 def get_stage_time_code() -> tuple[float, float, float]:
-    stage = get_current_stage()
+    stage = usd_stage()
     return stage.GetStartTimeCode(), stage.GetEndTimeCode(), stage.GetTimeCodesPerSecond()
 
 
@@ -232,7 +267,7 @@ def set_stage_time_code(
     end_time_code: float | None = None,
     time_codes_per_second: float | None = None,
 ) -> None:
-    stage, timeline = get_current_stage(), app().timeline
+    stage, timeline = usd_stage(), app().timeline
     if time_codes_per_second is not None:
         stage.SetTimeCodesPerSecond(time_codes_per_second)
         timeline.set_time_codes_per_second(time_codes_per_second)

@@ -160,6 +160,12 @@ def look_at_quaternion(eye: Any, target: Any, up: Any = None, *, dtype: Any = No
     return result(np.reshape(turns, (*places.shape[:-1], 4)))
 
 
+def rotation_order(op: Any) -> str:
+    """The axes of an op that rotates about three, first to last: "XYZ"; "" for another."""
+    name = str(op.GetOpName()).split(":")[1]
+    return name.removeprefix("rotate") if name.startswith("rotate") and len(name) == len("rotateXYZ") else ""
+
+
 def compute_relative_transform(source_to_world: Any, target_to_world: Any) -> np.ndarray:
     """(4, 4) column-vector pose of the source in the target, of USD's row-vector matrices."""
     out: np.ndarray = (_array(source_to_world) @ np.linalg.inv(_array(target_to_world))).T

@@ -12,7 +12,7 @@ from graph.isaac.events import EventStream
 from graph.isaac.outcomes import inert
 from graph.isaac.session import app, app_or_none, kit
 from graph.sim.scene.assets import stand_in
-from graph.sim.usd import Gf, Sdf, Usd, UsdGeom
+from graph.sim.usd import Gf, Sdf, Usd, UsdGeom, UsdUtils
 
 __all__ = [
     "Selection",
@@ -73,11 +73,9 @@ class UsdContext:
 
     def get_stage(self) -> Any:
         found = app_or_none()
-        return None if found is None else found.stage
+        return None if found is None or kit().stage_closed else found.stage
 
     def get_stage_id(self) -> int:
-        from graph.sim.usd import UsdUtils
-
         cache = UsdUtils.StageCache.Get()
         return int(cache.Insert(app().stage).ToLongInt())
 
@@ -85,7 +83,7 @@ class UsdContext:
         return kit().stage_url or f"anon:{id(app().stage):x}:World0.usd"
 
     def get_stage_state(self) -> Any:
-        return StageState["OPENED"]
+        return StageState["CLOSED" if kit().stage_closed else "OPENED"]
 
     def get_name(self) -> str:
         return ""
@@ -100,7 +98,9 @@ class UsdContext:
         return _take(kit().stage_url or None, on_finish_fn)
 
     def close_stage(self, on_finish_fn: Any = None) -> bool:
-        return _take(None, on_finish_fn)
+        done = _take(None)
+        kit().stage_closed = True
+        return _told(on_finish_fn, done)
 
     async def new_stage_async(self) -> tuple[bool, str]:
         return await _later(None)
@@ -109,7 +109,7 @@ class UsdContext:
         return await _later(str(url))
 
     async def close_stage_async(self) -> tuple[bool, str]:
-        return await _later(None)
+        return self.close_stage(), ""
 
     async def reopen_stage_async(self) -> tuple[bool, str]:
         return await _later(kit().stage_url or None)
@@ -208,6 +208,9 @@ def _take(url: str | None, on_finish: Any = None) -> bool:
     present, beside = app(), kit()
     beside.stage_events.dispatch(StageEventType["CLOSING"])
     beside.dispatcher.dispatch_event("omni.usd:closing", {})
+    cache = UsdUtils.StageCache.Get()
+    if (number := cache.GetId(present.stage)).IsValid():
+        cache.Erase(number)
     try:
         if url is None:
             present.take_stage(None)
@@ -226,9 +229,10 @@ def _take(url: str | None, on_finish: Any = None) -> bool:
     except UserError as error:
         present.warn("stage-not-opened", url or "new stage", str(error))
         return _told(on_finish, False)
-    beside.stage_url = url or ""
+    beside.stage_url, beside.stage_closed = url or "", False
     beside.singletons.clear()
     author_cameras(present.stage)
+    cache.Insert(present.stage)
     for event in ("CLOSED", "OPENED", "ASSETS_LOADED"):
         beside.stage_events.dispatch(StageEventType[event])
         beside.dispatcher.dispatch_event(f"omni.usd:{event.lower()}", {})

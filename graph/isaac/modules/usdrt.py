@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from graph.base.errors import RunError
 from graph.isaac.session import app
 from graph.sim.usd import Gf as PxrGf
 from graph.sim.usd import Sdf as PxrSdf
@@ -14,10 +15,39 @@ __all__ = ["Gf", "Rt", "Sdf", "Usd", "UsdGeom", "Vt"]
 Gf, Vt = PxrGf, PxrVt
 
 
+class ValueTypeName:
+    """The type of an attribute."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def GetAsToken(self) -> str:
+        return self._name
+
+    GetAsString = __str__ = GetAsToken
+
+    def __repr__(self) -> str:
+        return f"Sdf.ValueTypeName({self._name!r})"
+
+    def __eq__(self, other: object) -> bool:
+        return str(self) == str(other)
+
+    def __hash__(self) -> int:
+        return hash(self._name)
+
+
+def _value_types() -> dict[str, ValueTypeName]:
+    held = PxrSdf.ValueTypeNames
+    named = {name: getattr(held, name) for name in dir(held) if isinstance(getattr(held, name), PxrSdf.ValueTypeName)}
+    lacking = ("group", "opaque", "pathExpression")  # Fabric does not hold these
+    return {name: ValueTypeName(str(one)) for name, one in named.items() if str(one).removesuffix("[]") not in lacking}
+
+
 class Sdf:
     Path = PxrSdf.Path
-    ValueTypeNames = PxrSdf.ValueTypeNames
     AssetPath = PxrSdf.AssetPath
+    ValueTypeName = ValueTypeName
+    ValueTypeNames = type("ValueTypeNames", (), _value_types())
 
 
 class _Prim:
@@ -46,9 +76,21 @@ class _Prim:
     def GetAttribute(self, name: str) -> _Attribute:
         return _Attribute(self._prim, name)
 
+    def GetAttributes(self) -> list[_Attribute]:
+        return [_Attribute(self._prim, one.GetName()) for one in self._prim.GetAttributes()]
+
     def CreateAttribute(self, name: str, type_name: Any, custom: bool = True) -> _Attribute:
-        self._prim.CreateAttribute(name, type_name, custom)
+        self._prim.CreateAttribute(name, PxrSdf.ValueTypeNames.Find(str(type_name)), custom)
         return _Attribute(self._prim, name)
+
+    def GetParent(self) -> _Prim:
+        return _Prim(self._prim.GetParent())
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Prim) and bool(self._prim == other._prim)
+
+    def __hash__(self) -> int:
+        return hash(self._prim)
 
     def GetRelationship(self, name: str) -> Any:
         return self._prim.GetRelationship(name)
@@ -75,7 +117,10 @@ class _Attribute:
 
     def Get(self) -> Any:
         found = self._found
-        return found.get() if found else None
+        try:
+            return found.get() if found else None
+        except RunError:  # it is declared, and has no value
+            return None
 
     def Set(self, value: Any) -> bool:
         self._found.set(value)
@@ -122,5 +167,23 @@ class Rt:
     Xformable = _Xformable
 
 
+class _Schema:
+    """A schema over a prim; only its prim is asked for."""
+
+    def __init__(self, prim: _Prim) -> None:
+        self._prim = prim
+
+    def GetPrim(self) -> _Prim:
+        return self._prim
+
+    def GetPath(self) -> Any:
+        return self._prim.GetPath()
+
+
+_SHAPES = ["Camera", "Capsule", "Cone", "Cube", "Cylinder", "Mesh", "Plane", "Points", "Sphere", "Xform", "Xformable"]
+
+
 class UsdGeom:
     Tokens = PxrUsdGeom.Tokens
+    Camera, Capsule, Cone, Cube, Cylinder = (type(one, (_Schema,), {}) for one in _SHAPES[:5])
+    Mesh, Plane, Points, Sphere, Xform, Xformable = (type(one, (_Schema,), {}) for one in _SHAPES[5:])

@@ -1,19 +1,22 @@
-"""Viewports: their cameras and render products are there, nothing is shown."""
+"""`omni.kit.viewport.utility` and `isaacsim.core.utils.viewports`: cameras and render products; nothing is shown."""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
-from graph.isaac.outcomes import inert, tell_inert
-from graph.isaac.session import app, kit
-from graph.sim.usd import Sdf, UsdGeom
+import numpy as np
 
-from .transforms import look_at_quaternion
+from graph.isaac.outcomes import tell_inert
+from graph.isaac.session import app, kit
+from graph.isaac.viewports import PERSPECTIVE
+from graph.sim.usd import Gf, Sdf, Usd, UsdGeom
+
+from .transforms import look_at_quaternion, rotation_order
 from .xforms import put
 
 __all__ = [
     "ViewportAPI",
-    "ViewportManager",
     "add_aov_to_viewport",
     "capture_viewport_to_file",
     "create_viewport_for_camera",
@@ -35,11 +38,10 @@ __all__ = [
     "set_camera_view",
     "set_intrinsics_matrix",
 ]
-PERSPECTIVE = "/OmniverseKit_Persp"
 
 
 class ViewportAPI:
-    """The one viewport: a camera and a size; its render product is made when a script asks for it."""
+    """A viewport: a camera and a size; its render product is made when a script asks for it."""
 
     def __init__(self, title: str = "Viewport", camera: str = PERSPECTIVE, resolution: Any = (1280, 720)) -> None:
         self.title = self.name = title
@@ -88,7 +90,8 @@ class ViewportAPI:
     def render_product_path(self) -> str:
         from sensors.products import render_product
 
-        return render_product(app(), self._camera, self._size).path
+        camera = self._camera if app().stage.GetPrimAtPath(self._camera) else PERSPECTIVE  # of a stage that is closed
+        return render_product(app(), camera, self._size).path
 
     def get_render_product_path(self) -> str:
         return self.render_product_path
@@ -102,37 +105,57 @@ class ViewportAPI:
     def schedule_capture(self, *_: Any, **__: Any) -> None:
         tell_inert("omni.kit.viewport.utility.ViewportAPI.schedule_capture")
 
-    @inert("omni.kit.viewport.utility")
     def destroy(self) -> None:
-        return None
+        held = viewports()
+        held[:] = [one for one in held if one is not self]
 
 
-def get_active_viewport(usd_context_name: str = "") -> ViewportAPI:
-    return kit().singleton(ViewportAPI, ViewportAPI)
+def viewports() -> list[ViewportAPI]:
+    """The open ones; there is one from the start."""
+    beside = kit()
+    if beside.viewports is None:
+        beside.viewports = [ViewportAPI()]
+    found: list[ViewportAPI] = beside.viewports
+    return found
 
 
-def get_active_viewport_window(*_: Any, **__: Any) -> ViewportAPI:
+def opened(title: Any = None, camera: Any = PERSPECTIVE, resolution: Any = (1280, 720)) -> ViewportAPI:
+    """A further viewport; without a title it has a number."""
+    taken, number = {one.title for one in viewports()}, 2
+    while f"Viewport {number}" in taken:
+        number += 1
+    made = ViewportAPI(str(title or f"Viewport {number}"), str(camera or PERSPECTIVE), resolution)
+    viewports().append(made)
+    return made
+
+
+def get_active_viewport(usd_context_name: str = "") -> Any:
+    return next(iter(viewports()), None)
+
+
+def get_active_viewport_window(*_: Any, **__: Any) -> Any:
     return get_active_viewport()
 
 
-def get_active_viewport_and_window(*_: Any, **__: Any) -> tuple[ViewportAPI, ViewportAPI]:
+def get_active_viewport_and_window(*_: Any, **__: Any) -> tuple[Any, Any]:
     return get_active_viewport(), get_active_viewport()
 
 
-def get_viewport_from_window_name(window_name: Any = None) -> ViewportAPI:
-    return get_active_viewport()
+def get_viewport_from_window_name(window_name: Any = None) -> Any:
+    named = [one for one in viewports() if one.title == window_name]
+    return next(iter(named), None) if window_name else get_active_viewport()
 
 
 def create_viewport_window(
     name: Any = None, *_: Any, width: int = 1280, height: int = 720, camera_path: Any = None, **__: Any
 ) -> Any:
-    return ViewportAPI(str(name or "Viewport 2"), str(camera_path or PERSPECTIVE), (width, height))
+    return opened(name, camera_path, (width, height))
 
 
 def create_viewport_for_camera(
     viewport_name: str, camera_prim_path: str, width: int = 1280, height: int = 720, *_: Any, **__: Any
 ) -> ViewportAPI:
-    return ViewportAPI(viewport_name, camera_prim_path, (width, height))
+    return opened(viewport_name, camera_prim_path, (width, height))
 
 
 def frame_viewport_selection(*_: Any, **__: Any) -> bool:
@@ -150,18 +173,52 @@ def add_aov_to_viewport(*_: Any, **__: Any) -> bool:
 
 
 def set_camera_view(
-    eye: Any = None, target: Any = None, camera_prim_path: str = PERSPECTIVE, viewport_api: Any = None, **_: Any
+    eye: Any = None, target: Any = None, camera_prim_path: Any = PERSPECTIVE, viewport_api: Any = None, **_: Any
 ) -> None:
     """Places the camera, which a camera sensor on it sees."""
     prim = app().stage.GetPrimAtPath(str(camera_prim_path))
     if prim and eye is not None:
-        turn = None if target is None else look_at_quaternion(list(eye), list(target))
-        from graph.sim.usd import Usd
+        turn = None if target is None else look_at_quaternion(list(eye), list(target)).numpy()
+        put_camera(prim, list(eye), turn)
 
-        session = app().stage.GetSessionLayer()
-        layer = session if session.GetPrimAtPath(prim.GetPath()) else app().stage.GetEditTarget().GetLayer()
-        with Usd.EditContext(app().stage, layer):
-            put(prim, position=list(eye), orientation=turn)
+
+def edited(prim: Any) -> Any:
+    """The context in which edits of a prim act: that of the session layer if this one has it."""
+    stage = prim.GetStage()
+    session = stage.GetSessionLayer()
+    return Usd.EditContext(
+        stage, session if session.GetPrimAtPath(prim.GetPath()) else stage.GetEditTarget().GetLayer()
+    )
+
+
+def put_camera(prim: Any, position: Any, orientation: Any) -> None:
+    """Places a camera in the world, in the layer that has it; rotations about axes stay such."""
+    with edited(prim):
+        turned = [op for op in UsdGeom.Xformable(prim).GetOrderedXformOps() if rotation_order(op)]
+        if not turned:
+            return put(prim, position=position, orientation=orientation)
+        place, turn = _below_parent(prim, position, orientation)
+        UsdGeom.XformCommonAPI(prim).SetTranslate(place)
+        if orientation is not None:
+            order = rotation_order(turned[0])
+            axes = [getattr(Gf.Vec3d, f"{axis}Axis")() for axis in reversed(order)]
+            angles = dict(zip(reversed(order), _smaller(*turn.Decompose(*axes)), strict=True))
+            turned[0].Set(type(turned[0].Get() or Gf.Vec3d())(*(angles[axis] for axis in "XYZ")))
+
+
+def _smaller(first: float, second: float, third: float) -> tuple[float, float, float]:
+    """Of the two sets of angles [degrees] that turn alike, the one that turns less in sum."""
+    half = (math.remainder(first - 180, 360), math.remainder(180 - second, 360), math.remainder(third - 180, 360))
+    given = (first, second, third)
+    return half if sum(map(abs, half)) < sum(map(abs, given)) else given
+
+
+def _below_parent(prim: Any, position: Any, orientation: Any) -> tuple[Any, Any]:
+    """Translation and rotation of a place in the world."""
+    w, x, y, z = map(float, (1, 0, 0, 0) if orientation is None else orientation)
+    world = Gf.Matrix4d(Gf.Rotation(Gf.Quatd(w, x, y, z)), Gf.Vec3d(*map(float, position)))
+    local = world * UsdGeom.Xformable(prim).ComputeParentToWorldTransform(0).GetInverse()
+    return local.ExtractTranslation(), local.ExtractRotation()
 
 
 def get_camera_position(camera_prim: Any) -> Any:
@@ -180,8 +237,6 @@ def get_camera_target(camera_prim: Any) -> Any:
 
 
 def get_intrinsics_matrix(viewport_api: Any) -> Any:
-    import numpy as np
-
     camera = UsdGeom.Camera(app().stage.GetPrimAtPath(str(viewport_api.camera_path)))
     width, height = viewport_api.resolution
     focal, aperture = camera.GetFocalLengthAttr().Get(), camera.GetHorizontalApertureAttr().Get()
@@ -192,9 +247,10 @@ def get_intrinsics_matrix(viewport_api: Any) -> Any:
 def set_intrinsics_matrix(viewport_api: Any, intrinsics_matrix: Any, focal_length: float = 1.0) -> None:
     camera = UsdGeom.Camera(app().stage.GetPrimAtPath(str(viewport_api.camera_path)))
     width, height = viewport_api.resolution
-    camera.CreateFocalLengthAttr().Set(float(focal_length))
-    camera.CreateHorizontalApertureAttr().Set(float(width * focal_length / intrinsics_matrix[0, 0]))
-    camera.CreateVerticalApertureAttr().Set(float(height * focal_length / intrinsics_matrix[1, 1]))
+    with edited(camera.GetPrim()):
+        camera.CreateFocalLengthAttr().Set(float(focal_length))
+        camera.CreateHorizontalApertureAttr().Set(float(width * focal_length / intrinsics_matrix[0, 0]))
+        camera.CreateVerticalApertureAttr().Set(float(height * focal_length / intrinsics_matrix[1, 1]))
 
 
 def set_active_viewport_camera(camera_path: str, *_: Any) -> None:
@@ -202,90 +258,20 @@ def set_active_viewport_camera(camera_path: str, *_: Any) -> None:
 
 
 def get_viewport_names(*_: Any) -> list[str]:
-    return ["Viewport"]
+    return [one.title for one in viewports()]
 
 
 def get_num_viewports(*_: Any) -> int:
-    return 1
+    return len(viewports())
 
 
 def get_id_from_index(index: int) -> Any:
-    return index
+    return next((one.id for one in viewports()[index : index + 1]), None)
 
 
 def get_window_from_id(id: Any, *_: Any) -> Any:
-    return get_active_viewport()
+    return next((one for one in viewports() if one.id == id), None)
 
 
-@inert("omni.kit.viewport.utility")
-def destroy_all_viewports(*_: Any, **__: Any) -> None:
-    return None
-
-
-class ViewportManager:
-    @classmethod
-    def set_camera_view(
-        cls, camera: Any, *, eye: Any = None, target: Any = None, relative_tracking: bool = False
-    ) -> None:
-        path = camera if isinstance(camera, str) else str(camera.GetPath())
-        set_camera_view(_plain(eye), _plain(target), path)
-
-    @classmethod
-    def get_viewport_api(cls, render_product_or_viewport: Any = None) -> ViewportAPI:
-        return get_active_viewport()
-
-    @classmethod
-    def get_camera(cls, render_product_or_viewport: Any = None) -> Any:
-        return UsdGeom.Camera(app().stage.GetPrimAtPath(str(get_active_viewport().camera_path)))
-
-    @classmethod
-    def set_camera(cls, camera: Any, *, render_product_or_viewport: Any = None) -> None:
-        get_active_viewport().set_active_camera(camera if isinstance(camera, str) else str(camera.GetPath()))
-
-    @classmethod
-    def get_resolution(cls, render_product_or_viewport: Any = None) -> tuple[int, int]:
-        return get_active_viewport().resolution
-
-    @classmethod
-    def set_resolution(cls, resolution: Any, *, render_product_or_viewport: Any = None) -> None:
-        get_active_viewport().set_texture_resolution(resolution)
-
-    @classmethod
-    def get_render_product(cls, render_product_or_viewport: Any = None) -> Any:
-        from graph.sim.usd import UsdRender
-
-        return UsdRender.Product(app().stage.GetPrimAtPath(get_active_viewport().render_product_path))
-
-    @classmethod
-    def create_viewport_window(
-        cls, *, camera: Any = PERSPECTIVE, title: Any = None, resolution: Any = (1280, 720)
-    ) -> Any:
-        path = camera if isinstance(camera, str) else str(camera.GetPath())
-        return ViewportAPI(str(title or "Viewport 2"), path, resolution)
-
-    @classmethod
-    @inert("isaacsim.core.rendering_manager")
-    def destroy_viewport_windows(cls, *, include: Any = None, exclude: Any = None) -> list[str]:
-        return []
-
-    @classmethod
-    def get_viewport_windows(cls, *, include: Any = None, exclude: Any = None) -> list[Any]:
-        return [get_active_viewport()]
-
-    @classmethod
-    def wait_for_viewport(
-        cls, *, viewport: Any = None, max_frames: int = 60, sleep_time: float = 0.02
-    ) -> tuple[bool, int]:
-        kit().update()
-        return True, 1
-
-    @classmethod
-    async def wait_for_viewport_async(
-        cls, *, viewport: Any = None, max_frames: int = 60, sleep_time: float = 0.02
-    ) -> tuple[bool, int]:
-        await kit().next_update()
-        return True, 1
-
-
-def _plain(values: Any) -> Any:
-    return None if values is None else [float(one) for one in (values.numpy() if hasattr(values, "numpy") else values)]
+def destroy_all_viewports(usd_context_name: Any = None, destroy_main_viewport: bool = True) -> None:
+    viewports()[:] = [] if destroy_main_viewport else viewports()[:1]

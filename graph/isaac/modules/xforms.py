@@ -11,7 +11,7 @@ from graph.isaac.session import app
 from graph.sim.transforms import quaternion, rigid_part
 from sensors.xform import local_pose, place
 
-from .prim_utils import get_prim_at_path
+from .prim_utils import usd_prim
 
 __all__ = [
     "clear_xform_ops",
@@ -32,21 +32,21 @@ def world_parts(path: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def get_world_pose(prim: Any, *, device: Any = None) -> tuple[Any, Any]:
-    position, orientation = world_parts(str(get_prim_at_path(prim).GetPath()))
+    position, orientation = world_parts(str(usd_prim(prim).GetPath()))
     return result(position), result(orientation)
 
 
 def get_local_pose(prim: Any, *, device: Any = None) -> tuple[Any, Any]:
-    translation, orientation = local_pose(get_prim_at_path(prim))
+    translation, orientation = local_pose(usd_prim(prim))
     return result(translation), result(orientation)
 
 
 def set_world_pose(prim: Any, *, position: Any = None, orientation: Any = None) -> None:
-    put(get_prim_at_path(prim), position=position, orientation=orientation)
+    put(usd_prim(prim), position=position, orientation=orientation)
 
 
 def set_local_pose(prim: Any, *, translation: Any = None, orientation: Any = None) -> None:
-    put(get_prim_at_path(prim), translation=translation, orientation=orientation)
+    put(usd_prim(prim), translation=translation, orientation=orientation)
 
 
 def put(
@@ -64,7 +64,7 @@ def put(
 
 def get_relative_transform(source_prim: Any, target_prim: Any) -> np.ndarray:
     fabric = app().fabric
-    source, target = (str(get_prim_at_path(one).GetPath()) for one in (source_prim, target_prim))
+    source, target = (str(usd_prim(one).GetPath()) for one in (source_prim, target_prim))
     out: np.ndarray = np.linalg.inv(fabric.world_matrix(target)) @ fabric.world_matrix(source)
     return out
 

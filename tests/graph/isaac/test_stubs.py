@@ -45,7 +45,6 @@ REASONS = {
     "modules/usd.py:UsdContext.can_open_stage": TRUE_HERE,
     "modules/usd.py:UsdContext.has_pending_edit": TRUE_HERE,
     "modules/usdrt.py:_Stage.SynchronizeToFabric": "the stage and Fabric are one here",
-    "modules/viewport.py:get_num_viewports": TRUE_HERE,
     "modules/world.py:SimulationContext.get_block_on_render": TRUE_HERE,
     "modules/world.py:BaseTask.device": TRUE_HERE,
     "modules/world.py:BaseTask.pre_step": HOOK,
