@@ -1,0 +1,276 @@
+"""What wrappers of cameras, lights, materials, viewports and stages set is what they and the stage give back."""
+
+import importlib.util
+
+import pytest
+
+APP = """
+from isaacsim import SimulationApp
+app = SimulationApp({"headless": True})
+import omni.usd
+stage = omni.usd.get_context().get_stage()
+"""
+
+
+@pytest.fixture
+def printed(run_script):
+    def run(text):
+        code, out, err = run_script(APP + text)
+        assert code == 0, err
+        return out.splitlines()
+
+    return run
+
+
+def test_a_camera_counts_lengths_in_stage_units_and_its_prim_in_tenths(printed):
+    assert printed("""
+from isaacsim.core.experimental.objects import Camera
+camera = Camera(["/A", "/B"])
+camera.set_focal_lengths(2.4)
+camera.set_apertures([2.0, 4.0], vertical_apertures=1.5)
+camera.set_clipping_ranges(far_distances=50.0)
+camera.set_projections("orthographic", indices=[1])
+print(stage.GetPrimAtPath("/A").GetAttribute("focalLength").Get(), camera.get_focal_lengths().numpy().ravel().round(3))
+print([one.numpy().ravel().round(3).tolist() for one in camera.get_apertures()])
+print([one.numpy().ravel().tolist() for one in camera.get_clipping_ranges()], camera.get_projections())
+camera.enforce_square_pixels([480, 640])  # 2.0 / (640 / 480) and 4.0 / (640 / 480)
+print(camera.get_apertures()[1].numpy().ravel().round(3).tolist())
+""") == [
+        "24.0 [2.4 2.4]",
+        "[[2.0, 4.0], [1.5, 1.5]]",
+        "[[1.0, 1.0], [50.0, 50.0]] ['perspective', 'orthographic']",
+        "[1.5, 3.0]",
+    ]
+
+
+def test_lights_and_shapes_take_colors_by_name_and_are_found_by_their_type(printed):
+    assert printed("""
+from isaacsim.core.experimental.objects import Cube, Light, Shape, SphereLight
+light = SphereLight("/L", radii=0.25)
+light.set_colors("#ff8000")
+light.set_multipliers(specular_multipliers=0.5)
+light.set_enabled_treat_as_points(True)
+print(light.get_colors().numpy().round(2).tolist(), [one.numpy().tolist() for one in light.get_multipliers()])
+print(stage.GetPrimAtPath("/L").GetAttribute("treatAsPoint").Get(), light.get_exposures().numpy().tolist())
+Cube("/C").set_display_colors("0.5")
+print([type(one).__name__ for one in Shape.fetch_instances(["/C", "/L"]) + Light.fetch_instances(["/C", "/L"])])
+print(Shape.are_of_type(["/C", "/L"]).numpy().tolist())
+""") == [
+        "[[1.0, 0.5, 0.0]] [[[1.0]], [[0.5]]]",
+        "True [[0.0]]",
+        "['Cube', 'NoneType', 'NoneType', 'SphereLight']",
+        "[True, False]",
+    ]
+
+
+def test_physics_materials_are_found_by_their_schemas_and_keep_what_they_are_given(printed):
+    assert printed("""
+import omni.kit.commands
+from isaacsim.core.experimental.materials import PhysicsMaterial, RigidBodyMaterial, SurfaceDeformableMaterial
+rigid = RigidBodyMaterial("/M/rigid", static_frictions=0.5, restitutions=0.25)
+rigid.set_combine_modes("max", dampings="min")
+rigid.set_compliant_contact_gains(1000.0, 5.0)
+SurfaceDeformableMaterial("/M/cloth", youngs_moduli=1e4).set_surface_stiffnesses(1.0, bend_stiffnesses=3.0)
+omni.kit.commands.execute("AddDeformableMaterial", stage=stage, path="/M/soft", youngsModulus=2e5)
+found = PhysicsMaterial.fetch_instances(["/M/rigid", "/M/cloth", "/M/soft", "/M"])
+print([type(one).__name__ for one in found])
+print([one.numpy().item() for one in found[0].get_friction_coefficients()], found[0].get_combine_modes())
+print(found[0].get_restitution_coefficients().numpy(), found[2].get_youngs_moduli().numpy())
+print([one.numpy().item() for one in found[1].get_surface_stiffnesses()])
+print(stage.GetPrimAtPath("/M/cloth").HasAPI("OmniPhysicsSurfaceDeformableMaterialAPI"))
+""") == [
+        "['RigidBodyMaterial', 'SurfaceDeformableMaterial', 'VolumeDeformableMaterial', 'NoneType']",
+        "[0.5, 0.0] (['max'], ['average'], ['min'])",
+        "[[0.25]] [[200000.]]",
+        "[1.0, 0.0, 3.0]",
+        "True",
+    ]
+
+
+def test_visual_materials_author_shaders_and_refuse_inputs_that_these_do_not_have(printed):
+    assert printed("""
+from isaacsim.core.experimental.materials import OmniPbrMaterial, PreviewSurfaceMaterial, VisualMaterial
+OmniPbrMaterial("/M/paint").set_input_values("diffuse_color_constant", [0.5, 0.25, 0.0])
+PreviewSurfaceMaterial("/M/plain").set_input_values("roughness", 0.75)
+paint, plain = VisualMaterial.fetch_instances(["/M/paint", "/M/plain"])
+print(type(paint).__name__, paint.get_input_values("diffuse_color_constant").numpy().tolist())
+print(type(plain).__name__, plain.get_input_values("roughness").numpy().tolist())
+print(stage.GetPrimAtPath("/M/plain/Shader").GetAttribute("info:id").Get())
+try:
+    plain.set_input_values("glass_color", 1.0)
+except ValueError as error:
+    print(str(error)[:47])
+""") == [
+        "OmniPbrMaterial [[0.5, 0.25, 0.0]]",
+        "PreviewSurfaceMaterial [[0.75]]",
+        "UsdPreviewSurface",
+        "'glass_color' is not an input of PreviewSurface",
+    ]
+
+
+def test_material_ids_are_decoded_to_their_names(printed):
+    assert printed("""
+from isaacsim.core.experimental.materials import NonVisualMaterial
+material = NonVisualMaterial(["/A", "/B"], bases=["steel", "asphalt"], coatings="paint")
+material.set_attributes("emissive", indices=[1])
+ids = NonVisualMaterial.encode_material_ids(material)
+print(ids.numpy().ravel().tolist(), NonVisualMaterial.decode_material_ids(ids))
+""") == ["[258, 2328] [('steel', 'paint', 'none'), ('asphalt', 'paint', 'emissive')]"]  # 2+256, 24+256+2048
+
+
+def test_a_viewport_has_a_title_a_camera_and_a_size_of_its_own(printed):
+    assert printed("""
+from isaacsim.core.rendering_manager import ViewportManager
+first = ViewportManager.create_viewport_window(camera="/OmniverseKit_Top")
+ViewportManager.create_viewport_window(title="Mine", resolution=(64, 48))
+print([one.title for one in ViewportManager.get_viewport_windows()], first.viewport_api.camera_path)
+ViewportManager.set_resolution((320, 240), render_product_or_viewport="Viewport 2")
+product = ViewportManager.get_render_product("Mine")
+print([ViewportManager.get_resolution(one) for one in ("Viewport 2", "Mine")], product.GetResolutionAttr().Get())
+print(ViewportManager.destroy_viewport_windows(include=["View.*"], exclude=["Viewport"]))
+for call in (ViewportManager.get_resolution, ViewportManager.get_camera):
+    try:
+        call("/Nothing")
+    except ValueError as error:
+        print(error)
+""") == [
+        "['Viewport', 'Viewport 2', 'Mine'] /OmniverseKit_Top",
+        "[(320, 240), (64, 48)] (64, 48)",
+        "['Viewport 2']",
+        "Unable to get resolution: unknown viewport or render product /Nothing",
+        "Unable to get the camera: unknown viewport or render product /Nothing",
+    ]
+
+
+def test_a_camera_view_turns_to_the_target_also_straight_up_and_follows_the_point_of_interest(printed):
+    lines = printed("""
+from isaacsim.core.experimental.utils.xform import get_world_pose
+from isaacsim.core.rendering_manager import ViewportManager
+from pxr import Gf, Sdf, UsdGeom
+UsdGeom.Camera.Define(stage, "/C")
+def show():
+    place, turn = get_world_pose("/C")
+    w, x, y, z = map(float, turn.numpy())
+    looks = Gf.Rotation(Gf.Quatd(w, x, y, z)).TransformDir(Gf.Vec3d(0, 0, -1))
+    print([round(float(one), 3) + 0.0 for one in (*place.numpy(), *looks)])
+ViewportManager.set_camera_view("/C", eye=[1, 0, 0], target=[1, 4, 0])
+show()
+ViewportManager.set_camera_view("/C", eye=[1, 0, 0], target=[1, 0, 2])
+show()
+interest = stage.GetPrimAtPath("/C").CreateAttribute("omni:kit:centerOfInterest", Sdf.ValueTypeNames.Vector3d)
+interest.Set(Gf.Vec3d(1, 0, 2))
+ViewportManager.set_camera_view("/C", target=[4, 0, 2], relative_tracking=True)
+show()
+print(interest.Get())
+""")
+    assert lines[:2] == ["[1.0, 0.0, 0.0, 0.0, 1.0, 0.0]", "[1.0, 0.0, 0.0, 0.0, 0.0, 1.0]"]
+    assert lines[2:] == ["[4.0, 0.0, 0.0, 0.0, 0.0, 1.0]", "(4, 0, 2)"]
+
+
+def test_a_camera_view_keeps_the_rotations_that_a_camera_has(printed):
+    assert printed("""
+import numpy as np
+from isaacsim.core.utils.viewports import set_camera_view
+camera = stage.GetPrimAtPath("/OmniverseKit_Persp")
+set_camera_view(eye=np.array([0, 0, 0]), target=np.array([0, 0, 10]))
+print(camera.GetAttribute("xformOp:rotateXYZ").Get())
+set_camera_view(eye=np.array([5, 5, 5]), target=np.array([0, 0, 0]))  # atan(sqrt 2) = 54.74 degrees
+print([round(one, 2) + 0.0 for one in camera.GetAttribute("xformOp:rotateXYZ").Get()])
+""") == ["(0, 180, 0)", "[54.74, 0.0, 135.0]"]
+
+
+def test_prims_are_moved_below_others_and_paths_that_cannot_be_are_refused(printed):
+    assert printed("""
+import isaacsim.core.experimental.utils.stage as stage_utils
+for path in ("/World", "/World/A", "/World/B"):
+    stage_utils.define_prim(path)
+print(stage_utils.move_prim("/World/A", "/World/B"), stage_utils.move_prim("/World/B/A", "/World/C"))
+for call, given in (
+    (stage_utils.move_prim, ("/Nothing", "/World")),
+    (stage_utils.move_prim, ("/World/C", "/Nothing/C")),
+    (stage_utils.delete_prim, ("/Nothing",)),
+):
+    try:
+        call(*given)
+    except ValueError as error:
+        print(error)
+stage_utils.close_stage()
+print(omni.usd.get_context().get_stage())
+try:
+    stage_utils.get_current_stage()
+except ValueError as error:
+    print(error)
+print(stage_utils.create_new_stage(template="empty").GetDefaultPrim().GetPath())
+""") == [
+        "(True, '/World/B/A') (True, '/World/C')",
+        "/Nothing is not a valid prim: the stage has none there",
+        "/Nothing/C has an unexisting parent; define it first",
+        "/Nothing is not a valid prim: the stage has none there",
+        "None",
+        "there is no stage; open one, or make SimulationApp(...) first",
+        "/World",
+    ]
+
+
+def test_utilities_give_usdrt_objects_where_the_script_asks_for_them(printed):
+    assert printed("""
+import isaacsim.core.experimental.utils.backend as backend_utils
+import isaacsim.core.experimental.utils.foundation as foundation_utils
+import isaacsim.core.experimental.utils.prim as prim_utils
+import isaacsim.core.experimental.utils.stage as stage_utils
+import usdrt
+with backend_utils.use_backend("usdrt"):
+    made = stage_utils.define_prim("/World/A", "Cube")
+    found = prim_utils.get_first_matching_child_prim("/", predicate=lambda prim, path: prim.GetTypeName() == "Cube")
+    attribute = prim_utils.create_prim_attribute("/World/A", name="mine", type_name=usdrt.Sdf.ValueTypeNames.Float)
+print(isinstance(made, usdrt.Usd.Prim), made == found, isinstance(attribute, usdrt.Usd.Attribute))
+matching = prim_utils.find_matching_prim_paths("/World", traverse=True)
+print(prim_utils.get_prim_attribute_value("/World/A", "size"), matching)
+print(foundation_utils.resolve_value_type_name("color3f", backend="usdrt"))
+try:
+    foundation_utils.resolve_value_type_name("colour")
+except ValueError as error:
+    print(error)
+""") == ["True True True", "2.0 ['/World', '/World/A']", "color3f", "'colour' is not the name of a type"]
+
+
+def test_silent_timeline_changes_are_not_announced(printed):
+    assert printed("""
+import isaacsim.core.experimental.utils.app as app_utils
+import omni.timeline
+heard = []
+stream = omni.timeline.get_timeline_interface().get_timeline_event_stream()
+held = stream.create_subscription_to_pop_by_type(omni.timeline.TimelineEventType.PLAY, lambda event: heard.append(1))
+app_utils.play(commit=None)
+app.update()
+print(app_utils.is_playing(), heard)
+app_utils.stop()
+app_utils.play()
+print(heard)
+""") == ["True []", "[1]"]
+
+
+def test_an_extension_that_was_disabled_is_not_enabled(printed):
+    assert printed("""
+import isaacsim.core.experimental.utils.app as app_utils
+print(app_utils.is_extension_enabled("isaacsim.core.nodes"), app_utils.get_extension_id("isaacsim.core.nodes"))
+app_utils.enable_extension("isaacsim.core.nodes", enabled=False)
+print(app_utils.is_extension_enabled("isaacsim.core.nodes"), app_utils.get_extension_id("isaacsim.core.nodes"))
+""") == ["True isaacsim.core.nodes-6.0.1", "False None"]
+
+
+@pytest.mark.skipif(importlib.util.find_spec("warp") is None, reason="needs warp-lang")
+def test_results_are_arrays_of_warp_if_the_script_imports_it(printed):
+    lines = printed("""
+import isaacsim.core.experimental.utils.ops as ops_utils
+from isaacsim.core.experimental.objects import Cube
+cube = Cube("/C")
+print(hasattr(cube.get_sizes(), "tolist"))
+import warp as wp
+print(isinstance(cube.get_sizes(), wp.array), cube.get_sizes().dtype is wp.float32)
+cube.set_local_scales(wp.array([[1.0, 2.0, 3.0]]))
+print(cube.get_local_scales().numpy().tolist(), cube.get_visibilities().dtype is wp.bool)
+print(ops_utils.broadcast_to([1, 2], shape=(2, 2), dtype=wp.int32).numpy().tolist())
+""")
+    assert lines[0] == "True"
+    assert lines[-3:] == ["True True", "[[1.0, 2.0, 3.0]] True", "[[1, 2], [1, 2]]"]  # Warp greets in between
