@@ -282,6 +282,25 @@ def _preview_material(mtl_path: Any, **_: Any) -> None:
     visual_materials.PreviewSurfaceMaterial(str(mtl_path))
 
 
+def _spawn(usd_path: str, prim_path: Any, translation: Any = None, rotation: Any = None, **_: Any) -> Any:
+    prim = app().stage.DefinePrim(str(prim_path), "Xform")
+    refer(prim, usd_path)
+    _teleport(prim_path, translation, rotation)
+    return prim
+
+
+def _teleport(prim_path: Any, translation: Any = None, rotation: Any = None, **_: Any) -> None:
+    put(
+        _prim(prim_path),
+        translation=(0, 0, 0) if translation is None else tuple(translation),
+        orientation=(1, 0, 0, 0) if rotation is None else _quaternion(rotation),
+    )
+
+
+def _scale(prim_path: Any, scale: Any = (1, 1, 1), **_: Any) -> None:
+    put(_prim(prim_path), scale=tuple(scale))
+
+
 def _api_schema(prim: Any, api: Any, api_prefix: str = "", multiple_api_token: str = "") -> None:
     api.Apply(prim, multiple_api_token) if multiple_api_token else api.Apply(prim)
 
@@ -346,5 +365,9 @@ _COMMANDS: dict[str, Callable[..., Any]] = {
     "AddSurfaceDeformableMaterial": _physics_material("SurfaceDeformableMaterial"),
     "CreateAndBindMdlMaterialFromLibrary": _mdl_material,
     "CreatePreviewSurfaceMaterialPrim": _preview_material,
+    "IsaacSimSpawnPrim": _spawn,
+    "IsaacSimTeleportPrim": _teleport,
+    "IsaacSimScalePrim": _scale,
+    "IsaacSimDestroyPrim": lambda prim_path, **_: _delete([prim_path]),
     "SelectPrims": _select,
 }

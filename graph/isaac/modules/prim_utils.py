@@ -252,6 +252,9 @@ def compute_aabb(prim: Any, *, bbox_cache: Any = None, include_children: bool = 
     if not found:
         raise ValueError(f"there is no prim {prim}")
     box = cache.ComputeWorldBound(found).ComputeAlignedRange()
+    for one in Usd.PrimRange(found) if include_children else ():  # USD leaves out what is below a shape
+        if one.IsA(UsdGeom.Boundable):
+            box.UnionWith(cache.ComputeWorldBound(one).ComputeAlignedRange())
     return np.array([*box.GetMin(), *box.GetMax()])
 
 

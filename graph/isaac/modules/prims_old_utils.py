@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from graph.isaac.outcomes import inert
-from graph.isaac.session import app, app_or_none
+from graph.isaac.session import app_or_none, kit
 from graph.sim.usd import Sdf, Tf, Usd, UsdGeom
 
 from . import prim_utils
 from .prim_utils import find_matching_prim_paths as _matching
 from .prim_utils import get_labels, get_obb_corners
-from .stage import refer
+from .stage import refer, usd_stage
 from .xforms import put
 
 __all__ = [
@@ -90,11 +90,15 @@ def compute_combined_aabb(bbox_cache: Any, prim_paths: list[str]) -> np.ndarray:
 
 
 def compute_obb(bbox_cache: Any, prim_path: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    return prim_utils.compute_obb(prim_path, bbox_cache=bbox_cache)
+    """Centre, axes as long as the prim's scales, and half extents before scaling."""
+    centre, axes, _ = prim_utils.compute_obb(prim_path, bbox_cache=bbox_cache)
+    box = bbox_cache.ComputeWorldBound(get_prim_at_path(prim_path))
+    scales = np.linalg.norm(np.array(box.GetMatrix())[:3, :3], axis=1)
+    return centre, axes * scales[:, None], np.array(box.GetRange().GetSize()) / 2
 
 
 def compute_obb_corners(bbox_cache: Any, prim_path: str) -> np.ndarray:
-    return prim_utils.compute_obb_corners(prim_path, bbox_cache=bbox_cache)
+    return prim_utils.get_obb_corners(*compute_obb(bbox_cache, prim_path))
 
 
 def add_labels(prim: Any, labels: list[str], instance_name: str = "class", overwrite: bool = True) -> None:
@@ -118,7 +122,7 @@ def upgrade_prim_semantics_to_labels(prim: Any, include_descendants: bool = Fals
 
 def _labelled(prim_path: str | None) -> list[tuple[Any, list[str]]]:
     """The geometry at and below a path, each with all its labels."""
-    root = app().stage.GetPrimAtPath(prim_path) if prim_path else app().stage.GetPseudoRoot()
+    root = usd_stage().GetPrimAtPath(prim_path) if prim_path else usd_stage().GetPseudoRoot()
     shown = (one for one in Usd.PrimRange(root) if one.IsA(UsdGeom.Gprim))
     return [(one, [label for held in get_labels(one).values() for label in held]) for one in shown]
 
@@ -128,16 +132,16 @@ def check_missing_labels(prim_path: str | None = None) -> list[str]:
 
 
 def check_incorrect_labels(prim_path: str | None = None, validate_against_prim_path: bool = False) -> list[list[str]]:
-    """Geometry whose path, or only its name, holds none of its labels: each with its first label."""
+    """Geometry with an empty first label; or, validated against paths, whose path holds none of its labels.
 
-    def shown(prim: Any) -> str:
-        return str(prim.GetPath() if validate_against_prim_path else prim.GetName())
+    Each with its first label.
+    """
 
-    return [
-        [str(one.GetPath()), labels[0]]
-        for one, labels in _labelled(prim_path)
-        if labels and not any(label.lower() in shown(one).lower() for label in labels)
-    ]
+    def is_wrong(path: str, labels: list[str]) -> bool:
+        return validate_against_prim_path and not any(label.lower() in path.lower() for label in labels)
+
+    named = [(str(one.GetPath()), labels) for one, labels in _labelled(prim_path) if labels]
+    return [[path, labels[0]] for path, labels in named if not labels[0] or is_wrong(path, labels)]
 
 
 def count_labels_in_scene(prim_path: str | None = None) -> dict[str, int]:
@@ -147,14 +151,19 @@ def count_labels_in_scene(prim_path: str | None = None) -> dict[str, int]:
 
 
 def get_prim_at_path(prim_path: Any, fabric: bool = False) -> Any:
-    return app().stage.GetPrimAtPath(str(prim_path))
+    return usd_stage().GetPrimAtPath(str(prim_path))
 
 
 def is_prim_path_valid(prim_path: Any, fabric: bool = False) -> bool:
     found = app_or_none()
-    if found is None or not Sdf.Path.IsValidPathString(str(prim_path)) or not str(prim_path).startswith("/"):
+    if (
+        found is None
+        or kit().stage_closed
+        or not Sdf.Path.IsValidPathString(str(prim_path))
+        or not str(prim_path).startswith("/")
+    ):
         return False
-    return bool(found.stage.GetPrimAtPath(str(prim_path)))
+    return bool(usd_stage().GetPrimAtPath(str(prim_path)))
 
 
 def get_prim_path(prim: Any) -> str:
@@ -164,7 +173,7 @@ def get_prim_path(prim: Any) -> str:
 def define_prim(prim_path: str, prim_type: str = "Xform", fabric: bool = False) -> Any:
     if is_prim_path_valid(prim_path):
         raise ValueError(f"A prim already exists at prim path: {prim_path}")
-    return app().stage.DefinePrim(prim_path, prim_type)
+    return usd_stage().DefinePrim(prim_path, prim_type)
 
 
 def create_prim(
@@ -181,7 +190,7 @@ def create_prim(
 ) -> Any:
     if is_prim_path_valid(prim_path):
         raise ValueError(f"A prim already exists at prim path: {prim_path}")
-    prim = app().stage.DefinePrim(prim_path, prim_type)
+    prim = usd_stage().DefinePrim(prim_path, prim_type)
     for name, value in (attributes or {}).items():
         _set(prim, name, value)
     if usd_path is not None:
@@ -194,7 +203,7 @@ def create_prim(
 
 
 def delete_prim(prim_path: str) -> None:
-    app().stage.RemovePrim(prim_path)
+    usd_stage().RemovePrim(prim_path)
 
 
 def move_prim(path_from: str, path_to: str) -> None:
@@ -333,7 +342,8 @@ def create_bbox_cache(time: Any = None, use_extents_hint: bool = True) -> Any:
 
 
 def recompute_extents(prim: Any, time: Any = None, include_children: bool = False) -> None:
-    for one in Usd.PrimRange(prim) if include_children else [prim]:
+    root = prim.GetPrim()
+    for one in Usd.PrimRange(root) if include_children else [root]:
         boundable = UsdGeom.Boundable(one)
         if boundable:
             boundable.CreateExtentAttr().Set(UsdGeom.Boundable.ComputeExtentFromPlugins(boundable, 0))

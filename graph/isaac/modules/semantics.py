@@ -6,7 +6,7 @@ from typing import Any
 
 from graph.sim.usd import Sdf
 
-from .own_schemas import OwnSchema, take_own_schemas
+from .own_schemas import OwnSchema, applied, take_own_schemas
 
 __all__ = ["SemanticsAPI"]
 
@@ -25,6 +25,9 @@ class SemanticsAPI(OwnSchema):
     @classmethod
     def Get(cls, prim: Any, instance: str = "Semantics") -> SemanticsAPI:
         return cls(prim, instance)
+
+    def __bool__(self) -> bool:
+        return f"SemanticsAPI:{self._instance}" in applied(self._prim)
 
     def GetPrim(self) -> Any:
         return self._prim

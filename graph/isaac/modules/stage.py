@@ -196,7 +196,7 @@ def _found(prim: Any) -> Any:
     path = prim if isinstance(prim, str) else prim.GetPath()
     found = usd_stage().GetPrimAtPath(path)
     if not found:
-        raise ValueError(f"{path} is not a valid prim: the stage has none there")
+        raise ValueError(f"{path} is not a valid prim of the stage")
     return found
 
 

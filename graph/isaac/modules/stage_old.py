@@ -61,7 +61,7 @@ def add_reference_to_stage(usd_path: str, prim_path: str, prim_type: str = "Xfor
 
 
 def get_current_stage_id() -> int:
-    return get_context().get_stage_id()
+    return new.get_stage_id(new.usd_stage())
 
 
 def get_next_free_path(path: str, parent: str | None = None) -> str:

@@ -94,11 +94,12 @@ def find_unique_string_name(initial_name: str, is_unique_fn: Any) -> str:
 
 
 def find_root_prim_path_from_regex(prim_path_regex: str) -> tuple[str, int]:
+    """The path above the first expression and that one's depth; a path without expressions and its own depth."""
     parts = prim_path_regex.split("/")
     plain = 0
     while plain < len(parts) and not any(letter in parts[plain] for letter in ".*[](|)+?"):
         plain += 1
-    return "/".join(parts[:plain]) or "/", plain - 1
+    return "/".join(parts[:plain]) or "/", plain if plain < len(parts) else plain - 1
 
 
 def set_carb_setting(carb_settings: Any, setting: str, value: Any) -> None:

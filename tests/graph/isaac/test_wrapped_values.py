@@ -203,9 +203,9 @@ except ValueError as error:
 print(stage_utils.create_new_stage(template="empty").GetDefaultPrim().GetPath())
 """) == [
         "(True, '/World/B/A') (True, '/World/C')",
-        "/Nothing is not a valid prim: the stage has none there",
+        "/Nothing is not a valid prim of the stage",
         "/Nothing/C has an unexisting parent; define it first",
-        "/Nothing is not a valid prim: the stage has none there",
+        "/Nothing is not a valid prim of the stage",
         "None",
         "there is no stage; open one, or make SimulationApp(...) first",
         "/World",
@@ -274,3 +274,62 @@ print(ops_utils.broadcast_to([1, 2], shape=(2, 2), dtype=wp.int32).numpy().tolis
 """)
     assert lines[0] == "True"
     assert lines[-3:] == ["True True", "[[1.0, 2.0, 3.0]] True", "[[1, 2], [1, 2]]"]  # Warp greets in between
+
+
+def test_boxes_hold_what_is_below_a_shape_and_old_ones_keep_the_scale(printed):
+    assert printed("""
+from isaacsim.core.utils.bounds import compute_aabb, compute_obb, create_bbox_cache, recompute_extents
+from pxr import UsdGeom
+outer = UsdGeom.Cube.Define(stage, "/outer")
+inner = UsdGeom.Cube.Define(stage, "/outer/inner")
+inner.AddTranslateOp().Set((5, 0, 0))
+recompute_extents(outer, include_children=True)
+cache = create_bbox_cache()
+print(compute_aabb(cache, "/outer").tolist(), compute_aabb(cache, "/outer", include_children=True).tolist())
+scaled = UsdGeom.Cube.Define(stage, "/scaled")
+scaled.AddScaleOp().Set((1, 3, 1))
+print([one.round(6).tolist() for one in compute_obb(create_bbox_cache(), "/scaled")[1:]])
+""") == [
+        "[-1.0, -1.0, -1.0, 1.0, 1.0, 1.0] [-1.0, -1.0, -1.0, 6.0, 1.0, 1.0]",
+        "[[[1.0, 0.0, 0.0], [0.0, 3.0, 0.0], [0.0, 0.0, 1.0]], [1.0, 1.0, 1.0]]",
+    ]
+
+
+def test_distances_versions_and_expressions_of_the_former_utilities(printed):
+    assert printed("""
+import numpy as np
+from isaacsim.core.utils import distance_metrics
+from isaacsim.core.utils.string import find_root_prim_path_from_regex
+from isaacsim.core.version import parse_version
+from pxr import Gf
+quarter = Gf.Matrix4d().SetRotate(Gf.Rotation(Gf.Vec3d(0, 0, 1), 90))
+angle = distance_metrics.rotational_distance_angle(quarter, np.eye(4))
+axis = distance_metrics.rotational_distance_single_axis(quarter, np.eye(3), [0, 0, 1])
+place = distance_metrics.weighted_translational_distance(np.zeros(3), np.array([3.0, 4.0, 9.0]), np.diag([1, 1, 0]))
+print(round(angle, 6), round(axis, 6), place)
+print(find_root_prim_path_from_regex("/World/env_[0-9]/Robot"), find_root_prim_path_from_regex("/World/Cube"))
+print(parse_version("6.0.1-beta.2+main.hash"))
+""") == [
+        "1.570796 0.0 5.0",
+        "('/World', 2) ('/World/Cube', 2)",
+        "Version(core='6.0.1', prerelease='beta.2', major='6', minor='0', patch='1', pretag='beta', prebuild='2', "
+        "buildtag='main.hash')",
+    ]
+
+
+def test_commands_spawn_move_scale_and_remove_assets(printed, tmp_path):
+    (tmp_path / "part.usda").write_text(
+        '#usda 1.0\n(defaultPrim = "P")\ndef Xform "P"\n{\n    def Cube "c"\n    {\n    }\n}\n'
+    )
+    assert printed(f"""
+import omni.kit.commands
+omni.kit.commands.execute(
+    "IsaacSimSpawnPrim", usd_path={str(tmp_path / "part.usda")!r}, prim_path="/part", translation=(1, 2, 3)
+)
+omni.kit.commands.execute("IsaacSimScalePrim", prim_path="/part", scale=(2, 2, 2))
+print(omni.usd.get_world_transform_matrix(stage.GetPrimAtPath("/part/c")).ExtractTranslation())
+omni.kit.commands.execute("IsaacSimTeleportPrim", prim_path="/part", translation=(0, 0, 1))
+print(stage.GetPrimAtPath("/part").GetAttribute("xformOp:scale").Get())
+omni.kit.commands.execute("IsaacSimDestroyPrim", prim_path="/part")
+print(bool(stage.GetPrimAtPath("/part")))
+""") == ["(1, 2, 3)", "(2, 2, 2)", "False"]
