@@ -26,7 +26,7 @@ def write(prim: Any, name: str, kind: str, value: Any) -> None:
 
 
 def read(prim: Any, name: str, default: Any = None) -> Any:
-    """The value of an attribute, or the default if it has none."""
+    """The value of an attribute; the default without one."""
     attribute = prim.GetAttribute(name)
     value = attribute.Get() if attribute else None
     return default if value is None else value

@@ -12,14 +12,13 @@ from graph.isaac.session import app, kit
 
 __all__ = [
     "BaseIsaacBenchmark",
-    "Cloner",
-    "GridCloner",
     "IExt",
     "createJoint",
     "get_physics_simulation_interface",
     "get_physx_interface",
     "get_physx_scene_query_interface",
     "get_physx_simulation_interface",
+    "get_physxunittests_interface",
     "import_module",
     "read_camera_info",
     "register_annotator_from_node_with_telemetry",
@@ -128,6 +127,19 @@ def get_physics_simulation_interface() -> _Physics:
 get_physx_interface = get_physx_simulation_interface = get_physics_simulation_interface
 
 
+class _Statistics:
+    def get_physics_stats(self) -> dict[str, int]:
+        """How many bodies the playing world has, by kind."""
+        physics = app().physics
+        held = () if physics is None else physics.body_paths
+        kinematic = sum(path in physics.kinematic for path in held) if physics is not None else 0
+        return {"numDynamicRigids": len(held) - kinematic, "numKinematicBodies": kinematic}
+
+
+def get_physxunittests_interface() -> _Statistics:
+    return _Statistics()
+
+
 def get_physx_scene_query_interface() -> _Query:
     return _Query()
 
@@ -205,67 +217,3 @@ class BaseIsaacBenchmark:
 
 
 _BENCHMARK = ("set_phase", "stop", "store_measurements", "store_custom_measurement", "start_collecting_frametime")
-
-
-class Cloner:
-    def define_base_env(self, base_env_path: str) -> None:
-        app().stage.DefinePrim(base_env_path, "Xform")
-
-    def generate_paths(self, root_path: str, num_paths: int) -> list[str]:
-        return [f"{root_path}_{number}" for number in range(num_paths)]
-
-    def clone(
-        self,
-        source_prim_path: str,
-        prim_paths: list[str],
-        positions: Any = None,
-        orientations: Any = None,
-        *_: Any,
-        **__: Any,
-    ) -> None:
-        from .usd import duplicate_prim
-        from .xforms import put
-
-        stage = app().stage
-        for row, path in enumerate(prim_paths):
-            if path != source_prim_path:
-                duplicate_prim(stage, source_prim_path, path)
-            turn = None if orientations is None else orientations[row]
-            if positions is not None:
-                put(stage.GetPrimAtPath(path), translation=positions[row], orientation=turn)
-
-    def filter_collisions(self, *_: Any, **__: Any) -> None:
-        tell_inert("isaacsim.core.cloner.Cloner.filter_collisions")
-
-
-class GridCloner(Cloner):
-    def __init__(self, spacing: float, num_per_row: int = -1, stage: Any = None) -> None:
-        self._spacing, self._per_row = spacing, num_per_row
-
-    def get_clone_transforms(
-        self, num_clones: int, position_offsets: Any = None, orientation_offsets: Any = None
-    ) -> tuple[list[Any], list[Any]]:
-        columns = self._per_row if self._per_row > 0 else int(np.ceil(np.sqrt(num_clones)))
-        rows = int(np.ceil(num_clones / columns))
-        offsets = np.zeros((num_clones, 3)) if position_offsets is None else np.asarray(position_offsets)
-        places = []
-        for number in range(num_clones):
-            row, column = divmod(number, columns)
-            x = 0.5 * (rows - 1) * self._spacing - row * self._spacing
-            y = column * self._spacing - 0.5 * (columns - 1) * self._spacing
-            places.append(np.array([x, y, 0.0]) + offsets[number])
-        turns = [np.array([1.0, 0, 0, 0])] * num_clones if orientation_offsets is None else list(orientation_offsets)
-        return places, turns
-
-    def clone(  # type: ignore[override]
-        self,
-        source_prim_path: str,
-        prim_paths: list[str],
-        position_offsets: Any = None,
-        orientation_offsets: Any = None,
-        *_: Any,
-        **__: Any,
-    ) -> list[Any]:
-        places, turns = self.get_clone_transforms(len(prim_paths), position_offsets, orientation_offsets)
-        super().clone(source_prim_path, prim_paths, places, turns)
-        return places

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 from graph.isaac.events import EventStream
@@ -71,9 +72,10 @@ class ExtensionManager:
         return ()
 
     def get_extension_path(self, ext_id: str) -> str:
-        from graph.isaac.outcomes import UnsupportedError
-
-        raise UnsupportedError(f"the files of the extension {ext_id} are not here; name your own files in the script")
+        """Where the extension's files would be; they are not here."""
+        name = _extension_name(ext_id)
+        tell_inert(f"the folder of extension {name}", "it is not here, nor what is below it; name files of your own")
+        return os.path.join(os.environ.get("ISAAC_PATH", os.sep), "exts", name)
 
     def fetch_extension_versions(self, ext_name: str) -> list[dict[str, Any]]:
         return [{"id": f"{ext_name}-6.0.1"}]

@@ -155,15 +155,10 @@ def get_prim_at_path(prim_path: Any, fabric: bool = False) -> Any:
 
 
 def is_prim_path_valid(prim_path: Any, fabric: bool = False) -> bool:
-    found = app_or_none()
-    if (
-        found is None
-        or kit().stage_closed
-        or not Sdf.Path.IsValidPathString(str(prim_path))
-        or not str(prim_path).startswith("/")
-    ):
+    path = str(prim_path)
+    if app_or_none() is None or kit().stage_closed or not Sdf.Path.IsValidPathString(path):
         return False
-    return bool(usd_stage().GetPrimAtPath(str(prim_path)))
+    return path.startswith("/") and bool(usd_stage().GetPrimAtPath(path))
 
 
 def get_prim_path(prim: Any) -> str:

@@ -12,7 +12,7 @@ __all__ = ["add_aov", "get_camera_prim_path", "get_resolution", "set_camera_prim
 
 
 def _product(path: str) -> Any:
-    """The product's schema. Raises RuntimeError if there is none at the path."""
+    """The product's schema. Raises RuntimeError for another path."""
     found = ViewportManager.get_render_product(path)
     if found is None:
         raise RuntimeError(f"{path} is not the path of a render product")

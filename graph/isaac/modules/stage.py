@@ -192,7 +192,7 @@ def offered(prim: Any) -> Any:
 
 
 def _found(prim: Any) -> Any:
-    """A prim of the stage, by itself or by its path. Raises ValueError if there is none."""
+    """A prim of the stage, by itself or by its path. Raises ValueError if it is missing."""
     path = prim if isinstance(prim, str) else prim.GetPath()
     found = usd_stage().GetPrimAtPath(path)
     if not found:
@@ -208,7 +208,7 @@ def delete_prim(prim: Any) -> bool:
 def move_prim(target: Any, destination: Any) -> tuple[bool, str]:
     """Moves a prim below an existing one, or to a new path below one.
 
-    Raises ValueError for a target that is not there, and for a path that is none or whose parent is not there.
+    Raises ValueError for a missing target, a malformed path and a missing parent.
     """
     stage, source = usd_stage(), _found(target).GetPath()
     to = str(destination if isinstance(destination, str) else destination.GetPath())

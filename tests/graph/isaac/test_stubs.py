@@ -27,6 +27,7 @@ REASONS = {
     "modules/interfaces.py:_Physics.fetch_results": DONE,
     "modules/interfaces.py:_Physics.update_transformations": DONE,
     "modules/kit_app.py:IApp.get_app_name": TRUE_HERE,
+    "modules/cloner.py:Cloner.disable_change_listener": "nothing that follows the stage is costly",
     "modules/kit_app.py:IApp.get_app_version": TRUE_HERE,
     "modules/kit_app.py:IApp.get_kit_version": TRUE_HERE,
     "modules/kit_app.py:IApp.is_app_ready": TRUE_HERE,

@@ -318,9 +318,8 @@ print(parse_version("6.0.1-beta.2+main.hash"))
 
 
 def test_commands_spawn_move_scale_and_remove_assets(printed, tmp_path):
-    (tmp_path / "part.usda").write_text(
-        '#usda 1.0\n(defaultPrim = "P")\ndef Xform "P"\n{\n    def Cube "c"\n    {\n    }\n}\n'
-    )
+    text = '#usda 1.0\n(defaultPrim = "P")\ndef Xform "P"\n{\n    def Cube "c"\n    {\n    }\n}\n'
+    (tmp_path / "part.usda").write_text(text)
     assert printed(f"""
 import omni.kit.commands
 omni.kit.commands.execute(
@@ -333,3 +332,31 @@ print(stage.GetPrimAtPath("/part").GetAttribute("xformOp:scale").Get())
 omni.kit.commands.execute("IsaacSimDestroyPrim", prim_path="/part")
 print(bool(stage.GetPrimAtPath("/part")))
 """) == ["(1, 2, 3)", "(2, 2, 2)", "False"]
+
+
+def test_clones_inherit_their_source_or_copy_it_and_stand_in_a_grid(printed):
+    assert printed("""
+from isaacsim.core.cloner import GridCloner
+from pxr import UsdGeom
+UsdGeom.Cube.Define(stage, "/World/env_0/box")
+cloner = GridCloner(spacing=2.0)
+paths = cloner.generate_paths("/World/env", 3)
+print(cloner.clone("/World/env_0", paths, position_offsets=[[0, 0, 1.0]] * 3))
+cloner.clone("/World/env_0", ["/World/copy"] + paths[:0], copy_from_source=True)
+stage.GetPrimAtPath("/World/env_0/box").GetAttribute("size").Set(5.0)
+print([stage.GetPrimAtPath(f"/World/{one}/box").GetAttribute("size").Get() for one in ("env_2", "copy")])
+print(stage.GetPrimAtPath("/World/env_2").GetAttribute("xformOp:translate").Get(), cloner.get_clone_transforms(0))
+for source, offsets in ((None, None), ("no path!", None), ("/Nothing", None), ("/World/env_0", [[0, 0, 0]])):
+    try:
+        cloner.clone(source, ["/World/a", "/World/b"], position_offsets=offsets)
+    except (TypeError, ValueError) as error:
+        print(type(error).__name__)
+""") == [  # two columns, two rows: x from 1 down, y from -1 up
+        "[[1.0, -1.0, 1.0], [1.0, 1.0, 1.0], [-1.0, -1.0, 1.0]]",
+        "[5.0, 2.0]",
+        "(-1, -1, 1) ([], [])",
+        "TypeError",
+        "ValueError",
+        "ValueError",
+        "ValueError",
+    ]
