@@ -8,6 +8,8 @@ from typing import Any, cast
 
 import numpy as np
 
+from .session import RUN
+
 
 class Result(np.ndarray):
     """A NumPy array with the calls that scripts make on Warp's arrays."""
@@ -39,8 +41,14 @@ def result(values: Any, dtype: Any = None) -> Result:
     dtype: of NumPy or of Warp; float32 if it is not given.
     """
     made = np.array(values, number_type(dtype))
-    warp = sys.modules.get("warp")
+    warp = _warp()
     return made.view(Result) if warp is None else cast(Result, warp.array(made, device="cpu"))
+
+
+def _warp() -> Any:
+    """The module `warp` for a script that uses it; None for others."""
+    run, found = RUN.get(), sys.modules.get("warp")
+    return found if found is not None and (run is None or run.uses_warp) else None
 
 
 def number_type(dtype: Any) -> Any:

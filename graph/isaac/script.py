@@ -67,13 +67,22 @@ class Script:
         return not names.isdisjoint(("SimulationApp", "AppFramework"))
 
     @property
+    def names_warp(self) -> bool:
+        """Whether its text imports Warp."""
+        imports = (node for node in ast.walk(self.tree) if isinstance(node, ast.Import | ast.ImportFrom))
+        named = {
+            one for node in imports for one in (getattr(node, "module", None), *(name.name for name in node.names))
+        }
+        return any(one is not None and one.partition(".")[0] == "warp" for one in named)
+
+    @property
     def caught(self) -> list[str]:
         """The errors of ours that the script caught, each with its line."""
         return list(self._caught)
 
     def run(self, run: Run) -> int:
         """Runs it to its end; returns its exit code. Raises ScriptError if it fails."""
-        run.each_update = self._note_caught
+        run.each_update, run.names_warp = self._note_caught, self.names_warp
         token = RUN.set(run)
         try:
             with ExitStack() as held:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -61,8 +62,21 @@ class Run:
         self.code: int | None = None
         """The exit code once the script asked for its end."""
         self.ended = False
+        self._warp_before = "warp" in sys.modules
+        self.names_warp = False
+        """Whether the script's own text imports Warp."""
         self.from_editor = False
         """Whether it is a snippet of the Script Editor: the App is there before it begins."""
+
+    @property
+    def uses_warp(self) -> bool:
+        """Whether the script, or a module of its own, imported Warp: results are then Warp's arrays.
+
+        An engine that computes on a device imports it for itself.
+        """
+        from graph.sim.devices import warp
+
+        return self.names_warp or not (self._warp_before or warp.cache_info().currsize)
 
     def begin(self, **options: Any) -> App:
         """Makes and enters the App. Raises RunError if there is one: Kit runs one in a process."""

@@ -1,6 +1,6 @@
 """Work-precision diagrams: error over cost, both logarithmic, with the settings that pay.
 
-Only this file imports matplotlib. It has log axes, legends and text, and writes PNG by itself: plotly, which comes with
+Matplotlib has log axes, legends and text, and writes PNG by itself: plotly, which comes with
 Open3D, needs a browser for that, and the pictures of `--preview` are pixels that Pillow writes.
 """
 

@@ -129,7 +129,7 @@ def text(name: str, plural: str, kind: str = "token", *, default: str = "", argu
 def colors_of(colors: Any, count: int) -> np.ndarray | None:
     """(count, 3) of numbers, or of names and codes as Matplotlib has them ("C2", "0.5", "#abc", "tab:green")."""
     if isinstance(colors, str) or (isinstance(colors, (list, tuple)) and any(isinstance(one, str) for one in colors)):
-        from matplotlib.colors import to_rgb
+        from graph.base.colors import color
 
-        colors = [to_rgb(one.lower() if one[:1] != "C" else one) for one in words(colors, count)]
+        colors = [color(one) for one in words(colors, count)]
     return rows(colors, count, 3, "colors")

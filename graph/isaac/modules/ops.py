@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from functools import cache
 from typing import Any
 
@@ -17,12 +18,17 @@ __all__ = ["broadcast_to", "parse_device", "place", "resolve_indices"]
 def parse_device(device: Any, *, raise_on_invalid: bool = False) -> Any:
     """The device of Warp. Raises ValueError, or warns and gives the default one, for one that is not here."""
     try:
-        return warp().get_device(device)
+        return _warp().get_device(device)
     except (RuntimeError, ValueError, AttributeError, TypeError) as error:
         if raise_on_invalid:
             raise ValueError(f"there is no device {device!r}: {error}") from None
         warn("device-not-there", str(device), f"{error}; the default device is used")
-        return warp().get_device()
+        return _warp().get_device()
+
+
+def _warp() -> Any:
+    """Warp as the script imported it, else as the engine does."""
+    return sys.modules.get("warp") or warp()
 
 
 def place(x: Any, *, dtype: Any = None, device: Any = None) -> Result:

@@ -276,6 +276,15 @@ print(ops_utils.broadcast_to([1, 2], shape=(2, 2), dtype=wp.int32).numpy().tolis
     assert lines[-3:] == ["True True", "[[1.0, 2.0, 3.0]] True", "[[1, 2], [1, 2]]"]  # Warp greets in between
 
 
+def test_a_script_that_does_not_import_warp_has_arrays_of_numpy_even_if_warp_is_loaded(printed):
+    pytest.importorskip("warp")
+    assert printed("""
+import numpy
+from isaacsim.core.experimental.objects import Cube
+print(isinstance(Cube("/C", sizes=3.0).get_sizes(), numpy.ndarray))
+""") == ["True"]
+
+
 def test_boxes_hold_what_is_below_a_shape_and_old_ones_keep_the_scale(printed):
     assert printed("""
 from isaacsim.core.utils.bounds import compute_aabb, compute_obb, create_bbox_cache, recompute_extents
