@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import functools
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from typing import Any
 
@@ -31,8 +34,15 @@ def warp() -> Any:
     return found
 
 
+def same_device(name: str, other: str) -> bool:
+    """Whether two names are of one device; "cuda" is the first card."""
+    return name.replace("cuda:0", "cuda") == other.replace("cuda:0", "cuda")
+
+
 def device_of(name: str) -> Any:
     """Warp's device of a value of the knob `device`. Raises UserError if this machine does not have it."""
+    if name != WARP_HOST and not re.fullmatch(r"cuda(:\d+)?", name, re.ASCII):
+        raise UserError(f"device {name}: there is no such device; give cuda, cuda:N (N from 0) or {WARP_HOST}")
     wp = warp()
     if name == WARP_HOST:
         return wp.get_device("cpu")
@@ -46,6 +56,21 @@ def device_of(name: str) -> Any:
     if number >= len(cards):
         raise UserError(f"device {name}: this machine has {len(cards)} (cuda:0 to cuda:{len(cards) - 1})")
     return cards[number]
+
+
+@contextmanager
+def allocating(device: Any, what: str) -> Iterator[None]:
+    """Raises UserError, with the bytes, if memory of a device is not enough for what is made inside."""
+    try:
+        yield
+    except RuntimeError as error:
+        missing = re.match(r"Failed to allocate (\d+) bytes", str(error))
+        if missing is None:
+            raise
+        raise UserError(
+            f"{what} need {int(missing[1]) / 2**30:.2f} GiB more on {device.name} than there is; use fewer worlds, or "
+            "less room for contacts and rows"
+        ) from error
 
 
 def refuse_beyond(device: Any, needed: int, what: str) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graph.base.suggesting import Suggesting
+from graph.sim.devices import same_device
 from sensors.channels import AUXILIARY, Consumer
 from sensors.errors import SensorValueError
 
@@ -114,6 +115,10 @@ class Annotator(Suggesting):
         if reading.app.fidelity.device in HOST or there is None:
             check_device(device)
             return None
+        if not same_device(str(device), reading.app.fidelity.device):
+            raise SensorValueError(
+                f"device {device!r}: these frames are on {reading.app.fidelity.device}; name that, or leave it out"
+            )
         if frame is None:
             return None
         if not hasattr(arrays, "on_device"):

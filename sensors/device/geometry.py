@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from hashlib import blake2b
 from typing import Any
+from weakref import WeakValueDictionary
 
 import numpy as np
 
@@ -15,6 +17,10 @@ from .items import FEW_ITEMS, MESH
 
 BYTES_A_TRIANGLE = 120
 """Memory of a triangle with its share of the tree, rounded up (measured with 0.2 and 2.0 million)."""
+
+
+_MESHES: WeakValueDictionary[tuple[str, bytes, bytes], Any] = WeakValueDictionary()
+"""Meshes that do not deform, by device and content, as long as something uses them."""
 
 
 class Geometry:
@@ -40,7 +46,7 @@ class Geometry:
         from . import kernels
 
         self.device, self.anchor, self.worlds, self._kernels = device, anchor, worlds, kernels
-        self._shared: dict[bytes, Any] = {}  # Warp frees a mesh with its Python object
+        self._kept_meshes: list[Any] = []  # Warp frees a mesh with its Python object
         numbered = [(number, one) for number, one in enumerate(surfaces) if isinstance(one, Mesh)]
         solids = [
             (n, one) for n, one in numbered if formulas and isinstance(one, Solid) and self._kept(n, bodies, skip)
@@ -141,14 +147,16 @@ class Geometry:
         return self._array(np.ascontiguousarray(triangles).reshape(-1), np.int32)
 
     def _mesh(self, points: np.ndarray, triangles: np.ndarray) -> Any:
-        """A mesh of vertices (n, 3) and triangles (t, 3); equal ones share their memory."""
+        """A mesh of vertices (n, 3) and triangles (t, 3); equal ones share their memory, for all sensors."""
         wp = warp()
-        about = np.ascontiguousarray(points, np.float32)
-        key = about.tobytes() + triangles.tobytes()
-        if key not in self._shared:
-            made = wp.Mesh(wp.array(about, dtype=wp.vec3, device=self.device), self._indices(triangles))
-            self._shared[key] = made
-        return self._shared[key]
+        about, corners = np.ascontiguousarray(points, np.float32), np.ascontiguousarray(triangles, np.int32)
+        key = self.device.alias, blake2b(about.data).digest(), blake2b(corners.data).digest()
+        made = _MESHES.get(key)
+        if made is None:
+            made = wp.Mesh(wp.array(about, dtype=wp.vec3, device=self.device), self._indices(corners))
+            _MESHES[key] = made
+        self._kept_meshes.append(made)
+        return made
 
     def _ground(self, standing: Sequence[tuple[int, Mesh]], planes: Sequence[tuple[int, Plane]], bodies: Any) -> Any:
         wp, ground = warp(), self._kernels.Ground()

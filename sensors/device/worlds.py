@@ -165,7 +165,7 @@ class Worlds:
     def reset(self, mask: Any = None) -> None:
         """Puts worlds back to the start: `mask` (w,) bool, NumPy or on the device; None: all."""
         wp = warp()
-        host = np.ones(self.count, bool) if mask is None else np.asarray(getattr(mask, "numpy", lambda: mask)(), bool)
+        host = np.ones(self.count, bool) if mask is None else on_host(mask).astype(bool)
         if host.shape != (self.count,):
             raise UserError(
                 f"reset: the mask has the shape {host.shape}; give one value for each of {self.count} worlds"
@@ -208,11 +208,17 @@ class Worlds:
 
     def _given(self, values: Any) -> Any:
         wp, shape = warp(), (self.count, len(self.joints))
+        if not hasattr(values, "shape"):
+            values = np.asarray(values)
         if tuple(values.shape) != shape:
             raise UserError(f"drive: targets of the shape {tuple(values.shape)}; give {shape}, a row for each world")
         if isinstance(values, np.ndarray):
             return wp.array(np.ascontiguousarray(values, np.float32), device=self.device)
-        return values if isinstance(values, wp.array) else wp.from_dlpack(values, dtype=wp.float32)
+        if not isinstance(values, wp.array):
+            values = wp.from_dlpack(getattr(values, "detach", lambda: values)())  # torch: without its gradient
+        if values.dtype is not wp.float32:
+            raise UserError("drive: targets on a device are float32 arrays; convert them")
+        return values if values.device == self.device else values.to(self.device)
 
     # -- inside ------------------------------------------------------------------------------------------------------
 
@@ -307,6 +313,14 @@ class Worlds:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def on_host(values: Any) -> np.ndarray:
+    """Numbers of NumPy, Warp, torch, CuPy or JAX, or a list, as an array of NumPy."""
+    for copy in ("cpu", "get", "numpy"):  # of torch; of CuPy; of Warp, and of torch on the host
+        if not isinstance(values, np.ndarray) and hasattr(values, copy):
+            values = getattr(values, copy)()
+    return np.asarray(values)
 
 
 def _lidars(app: Any) -> list[Any]:

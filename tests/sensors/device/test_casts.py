@@ -10,8 +10,10 @@ from pxr import Gf, UsdGeom, UsdPhysics
 
 from graph.base.errors import UserError
 from graph.sim import App
-from graph.sim.devices import warp
+from graph.sim.devices import allocating, device_of, warp
+from graph.sim.geometry.surfaces import Mesh
 from sensors.device.check import compare
+from sensors.device.geometry import Geometry
 from sensors.raycast.rays import RayBundle
 from sensors.raycast.shared import cast_world
 from tests.support.devices import on_each
@@ -137,6 +139,42 @@ def test_an_unknown_device_and_a_card_that_is_not_there_are_refused_in_a_line():
     if not warp().get_cuda_devices():
         with pytest.raises(UserError, match="no CUDA device is there"):
             App(device="cuda")
+
+
+@pytest.mark.parametrize("name", ["tpu", "cuda:x", "cuda:", "cuda:-1", "warp"])
+def test_a_device_that_does_not_exist_is_refused_by_its_name(name):
+    with pytest.raises(UserError, match=f"device {name}: there is no such device; give cuda, cuda:N"):
+        device_of(name)
+
+
+def test_sensors_with_other_exclusions_share_the_meshes_of_a_device():
+    """A sail that stands and one on a body: two geometries, one of which leaves a third out, have the same meshes."""
+    sail = np.array([(3.0, -1, -1), (3, 1, -1), (3, 0, 1)])
+    corners = np.array([[0, 1, 2]], np.uint32)
+    surfaces = [
+        Mesh("/A", None, sail, corners),
+        Mesh("/B", "/B", sail + np.array([0, 9, 0]), corners),
+        Mesh("/C", "/C", sail * 2, corners),
+    ]
+    made = [
+        Geometry(device_of("warp-cpu"), surfaces, np.array([-1, 0, 1]), np.zeros(3), formulas=True, skip=skip)
+        for skip in (frozenset(), frozenset([2]))
+    ]
+    assert made[0].ground.mesh == made[1].ground.mesh
+    assert made[0].items.mesh.numpy()[:2].tolist() == made[1].items.mesh.numpy()[:2].tolist()
+
+
+def test_an_allocation_that_fails_is_refused_with_its_bytes():
+    class Card:
+        name = "a card"
+
+    with (
+        pytest.raises(UserError, match=r"physics of 8 worlds need 2\.00 GiB more on a card than there is; use fewer"),
+        allocating(Card, "physics of 8 worlds"),
+    ):
+        raise RuntimeError(f"Failed to allocate {2**31} bytes on device 'cuda:0'")
+    with pytest.raises(RuntimeError, match="another"), allocating(Card, "physics"):
+        raise RuntimeError("another mistake")
 
 
 def test_what_does_not_fit_on_a_card_is_refused_with_the_memory_that_it_needs():

@@ -116,6 +116,13 @@ def test_arrays_on_the_device_share_their_memory_by_the_interfaces_of_arrays(ope
     assert shared[0] == distance.numpy()[0] == 12.5
 
 
+def test_another_device_than_that_of_the_frames_is_refused(opened):
+    device, sensor, cloud = opened
+    for read in (cloud.get_data, lambda name: sensor.get_data("generic-model-output", name)):
+        with pytest.raises(SensorValueError, match=f"device 'cuda:6': these frames are on {device}; name that"):
+            read("cuda:6")
+
+
 def test_torch_takes_the_arrays_without_a_copy(opened):
     torch = pytest.importorskip("torch")
     device, _, cloud = opened

@@ -127,6 +127,26 @@ def test_scans_come_at_their_exact_times_and_begin_again_after_a_reset(worlds):
     assert worlds.steps.tolist() == [15, 6, 15]
 
 
+def test_masks_and_targets_are_taken_from_other_libraries_and_lists(worlds):
+    """A mask like a tensor of torch on a card: NumPy cannot read it, its method `cpu` copies it. Targets: a list."""
+
+    class Tensor:
+        def cpu(self):
+            return np.array([True, False, True])
+
+        def __array__(self, *_):
+            raise TypeError("it is on a card")
+
+    run(worlds, 2)
+    worlds.reset(Tensor())
+    assert worlds.steps.tolist() == [0, 2, 0]
+    worlds.drive(velocities=SPEEDS)
+    wide = np.array(SPEEDS, np.float64)
+    members = {name: getattr(wide, name) for name in ("shape", "__dlpack__", "__dlpack_device__")}
+    with pytest.raises(UserError, match="float32"):
+        worlds.drive(velocities=type("Shared", (), members)())
+
+
 def test_the_first_scan_is_that_of_an_app(worlds, file):
     """The world whose mast stands against the same file in an App: a ball that falls for 0.1 s, to a millimetre."""
     ranges, _ = run(worlds, 6)

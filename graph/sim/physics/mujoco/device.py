@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from graph.base.errors import UserError
-from graph.sim.devices import refuse_beyond, warp
+from graph.sim.devices import allocating, refuse_beyond, warp
 
 from .device_start import STATE
 from .library import mujoco
@@ -54,7 +54,7 @@ class DevicePhysics:
         self.bytes_a_world = 4 * (self.rows * (int(model.nv) + 12) + self.contacts * 60 + 40 * int(model.nv))
         """An estimate from below: the constraint rows, the contacts and the coordinates."""
         refuse_beyond(device, worlds * self.bytes_a_world, f"physics of {worlds:,} worlds")
-        with wp.ScopedDevice(device):
+        with wp.ScopedDevice(device), allocating(device, f"physics of {worlds:,} worlds"):
             try:
                 self.model = self._mjw.put_model(model)
             except NotImplementedError as error:
