@@ -10,7 +10,7 @@ import numpy as np
 
 from graph.base.errors import RunError
 from graph.base.records import dataclass, field
-from graph.isaac.session import app, warn
+from graph.isaac.session import app, kit, warn
 from graph.sim.physics.protocol import contacts_of
 from sensors.inertial import InertialUnit, attribute_of, body_of, widths_of
 from sensors.rays import RaySensor
@@ -161,40 +161,58 @@ class _Authored(_Sensor):
         return {"time": float(app().simulation.time), "physics_step": float(app().simulation.get_num_physics_steps())}
 
 
+class _Followed:
+    """The inertial unit of an IMU prim, from the first physics step of a play on; all that read the prim share it."""
+
+    def __init__(self, path: str) -> None:
+        self._app, self._path = app(), path
+        self.unit: InertialUnit | None = None
+        self._wait()
+        self._app.on("stop", self.restart)
+        self._app.on("stage_closing", self._end)
+
+    def _wait(self) -> None:
+        self._waiting = self._app.on("physics_pre_step", self._follow)
+
+    def _follow(self) -> None:
+        self._waiting()
+        prim = self._app.stage.GetPrimAtPath(self._path)
+        if not prim:
+            return
+        try:
+            self.unit = InertialUnit(self._app, self._path, widths_of(prim))
+        except RunError as error:
+            warn("imu-without-body", self._path, str(error))
+
+    def _end(self) -> None:
+        self._waiting()
+        if self.unit is not None:
+            self.unit.close()
+        self.unit = None
+
+    def restart(self) -> None:
+        """Forgets all readings; the next physics step begins again."""
+        self._end()
+        self._wait()
+
+
 class IMUSensor(_Authored):
     authored_by = IMU
 
     def __init__(self, path: Any) -> None:
         super().__init__(path)
-        self._unit: InertialUnit | None = None
-        self._follow()
-        app().on("play", self._follow)
-        app().on("stage_closing", self.reset)
+        self._followed = kit().singleton((IMUSensor, self._prim_path), lambda: _Followed(self._prim_path))
 
     @property
     def imu(self) -> IMU:
         return self.authoring_object  # type: ignore[return-value]
 
     def reset(self) -> None:
-        if self._unit is not None:
-            self._unit.close()
-        self._unit = None
-
-    def _follow(self) -> None:
-        self.reset()
-        prim = usd_stage().GetPrimAtPath(self._prim_path)
-        if not prim or app().physics is None:
-            return
-        try:
-            self._unit = InertialUnit(app(), self._prim_path, widths_of(prim))
-        except RunError as error:
-            warn("imu-without-body", self._prim_path, str(error))
+        self._followed.restart()
 
     def get_sensor_reading(self, read_gravity: bool = True) -> IMUSensorReading:
-        prim = self._prim()
-        if prim is not None and self._unit is None:
-            self._follow()
-        found = None if prim is None or self._unit is None else self._unit.reading(read_gravity)
+        unit = self._followed.unit
+        found = None if self._prim() is None or unit is None else unit.reading(read_gravity)
         if found is None:
             return IMUSensorReading()
         x, y, z, w = map(float, found.orientation)

@@ -162,3 +162,46 @@ def test_the_data_of_a_contact_sensor_are_one_dictionary_that_raw_contacts_join_
         assert sensor.get_data() is data
         sensor.remove_raw_contact_data_from_frame()
         assert "contacts" not in data
+
+
+def falling_imu():
+    """An IMU on a cube in free fall, and the class that reads it."""
+    objects, prims = import_module(CUBE), import_module("isaacsim.core.experimental.prims")
+    sensors = import_module("isaacsim.sensors.experimental.physics")
+    objects.Cube("/World/Cube", sizes=1.0, positions=[0, 0, 50])
+    prims.RigidPrim("/World/Cube", masses=[1.0])
+    return sensors.IMUSensor(sensors.IMU.create("/World/Cube/imu")), sensors.IMUSensor
+
+
+def test_a_second_reader_of_an_imu_has_its_readings_at_once():
+    with App() as app, graph.isaac.importable():
+        first, kind = falling_imu()
+        app.play()
+        app.update(steps=3)
+        second = kind("/World/Cube/imu").get_sensor_reading()
+        assert second == first.get_sensor_reading()
+        assert (second.is_valid, second.linear_acceleration_z) == (True, pytest.approx(0, abs=1e-6))
+
+
+def test_an_imu_reads_what_physics_steps_without_updates():
+    with App() as app, graph.isaac.importable():
+        sensor, _ = falling_imu()
+        manager = import_module("isaacsim.core.simulation_manager").SimulationManager
+        app.timeline.play()
+        manager.initialize_physics()
+        manager.step(steps=3)
+        reading = sensor.get_sensor_reading(read_gravity=False)
+        assert (reading.is_valid, reading.linear_acceleration_z) == (True, pytest.approx(-9.81, abs=1e-6))
+
+
+def test_an_imu_begins_again_after_a_stop():
+    with App() as app, graph.isaac.importable():
+        sensor, _ = falling_imu()
+        app.play()
+        app.update(steps=3)
+        app.stop()
+        app.update()
+        assert not sensor.get_sensor_reading().is_valid
+        app.play()
+        app.update(steps=2)
+        assert sensor.get_sensor_reading().is_valid
