@@ -7,6 +7,7 @@ from contextlib import suppress
 from typing import Any
 
 from graph.editing.graph_set import GraphSet
+from graph.evaluate.omnigraph_names import AttributeOf
 from graph.isaac.og import Controller as OurController
 from graph.isaac.og import Keys as OurKeys
 from graph.isaac.og import OmniGraphError, TypedValue, find
@@ -194,6 +195,8 @@ class Controller(ObjectLookup, DataView):
     def __init__(
         self, graph_id: Any = None, path_to_object_map: Any = None, *_: Any, attribute: Any = None, **options: Any
     ) -> None:
+        if isinstance(graph_id, (Attribute, AttributeOf, IVariable)):  # Controller(attribute).get()
+            graph_id, attribute = None, graph_id
         super().__init__(attribute)
         self._graph_id, self._map = graph_id, {} if path_to_object_map is None else path_to_object_map
         self._options = {key: value for key, value in options.items() if key.startswith("allow_exists_")}

@@ -205,3 +205,13 @@ def test_an_imu_begins_again_after_a_stop():
         app.play()
         app.update(steps=2)
         assert sensor.get_sensor_reading().is_valid
+
+
+def test_a_controller_of_one_attribute_reads_and_sets_it():
+    with App(), graph.isaac.importable():
+        og = import_module("omni.graph.core")
+        keys = og.Controller.Keys
+        og.Controller.edit("/G", {keys.CREATE_NODES: [("a", "omni.graph.nodes.ConstantDouble")]})
+        one = og.Controller(og.Controller.attribute("/G/a.inputs:value"))
+        one.set(2.5)
+        assert one.get() == 2.5
