@@ -24,6 +24,9 @@ class Kit:
     """Beside one App. Held as long as the App."""
 
     def __init__(self, app: App) -> None:
+        from .modules.own_schemas import take_own_schemas
+
+        take_own_schemas()
         self.app = app
         self.pre_update, self.update_stream, self.post_update = EventStream(), EventStream(), EventStream()
         self.timeline_events, self.stage_events, self.messages = EventStream(), EventStream(), EventStream()

@@ -324,7 +324,7 @@ class Articulation(Properties, XformPrim):
 
     def get_default_state(self, *, indices: Any = None, dof_indices: Any = None) -> tuple[Any, ...]:
         names = ("positions", "orientations", "linear", "angular", "dof_positions", "dof_velocities", "dof_efforts")
-        return tuple(self._defaults.get(name) for name in names)
+        return tuple(self._defaults.get(name, indices) for name in names)
 
     def set_default_state(  # type: ignore[override]
         self,
@@ -349,16 +349,13 @@ class Articulation(Properties, XformPrim):
             "dof_efforts": (dof_efforts, count),
         }
         for name, (values, width) in given.items():
-            if values is not None:
-                self._defaults[name] = result(rows(values, len(self), width, name))
+            self._defaults.set(name, values, width, indices)
 
     def reset_to_default_state(self, *, warn_on_non_default_state: bool = False) -> None:
         super().reset_to_default_state()
-        if (positions := self._defaults.get("dof_positions")) is not None:
-            self.set_dof_positions(positions)
-            self.set_dof_position_targets(positions)
-        if (velocities := self._defaults.get("dof_velocities")) is not None:
-            self.set_dof_velocities(velocities)
+        self._defaults.apply("dof_positions", self.set_dof_positions)
+        self._defaults.apply("dof_positions", self.set_dof_position_targets)
+        self._defaults.apply("dof_velocities", self.set_dof_velocities)
 
 
 def _from_the_base(root: str, links: Iterable[str]) -> list[str]:

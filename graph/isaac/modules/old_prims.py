@@ -106,7 +106,7 @@ class SingleXFormPrim:
         self._view.set_local_scales(_row(scale))
 
     def get_visibility(self) -> bool:
-        return bool(self._view.get_visibilities()[0])
+        return bool(self._view.get_visibilities().numpy()[0])
 
     def set_visibility(self, visible: bool) -> None:
         self._view.set_visibilities(bool(visible))
@@ -124,7 +124,7 @@ class SingleXFormPrim:
         return self.get_applied_visual_material() is not None
 
     def get_default_state(self) -> Any:
-        position, orientation = (None if one is None else one[0] for one in self._view.get_default_state()[:2])
+        position, orientation = (None if one is None else one.numpy()[0] for one in self._view.get_default_state()[:2])
         return XFormPrimState(position, orientation)
 
     def set_default_state(self, position: Any = None, orientation: Any = None) -> None:
@@ -149,7 +149,7 @@ class SingleGeometryPrim(SingleXFormPrim):
         self._view.set_enabled_collisions(enabled)
 
     def get_collision_enabled(self) -> bool:
-        return bool(self._view.get_enabled_collisions()[0])
+        return bool(self._view.get_enabled_collisions().numpy()[0])
 
     def set_collision_approximation(self, approximation_type: str) -> None:
         self._view.set_collision_approximations(approximation_type)
@@ -187,13 +187,13 @@ class SingleRigidPrim(SingleXFormPrim):
         self._view.set_velocities(None, _row(velocity))
 
     def get_mass(self) -> float:
-        return float(self._view.get_masses()[0, 0])
+        return float(self._view.get_masses().numpy()[0, 0])
 
     def set_mass(self, mass: float) -> None:
         self._view.set_masses(mass)
 
     def get_density(self) -> float:
-        return float(self._view.get_densities()[0, 0])
+        return float(self._view.get_densities().numpy()[0, 0])
 
     def set_density(self, density: float) -> None:
         self._view.set_densities(density)
@@ -222,7 +222,7 @@ class SingleRigidPrim(SingleXFormPrim):
         return DynamicState(*self.get_world_pose(), self.get_linear_velocity(), self.get_angular_velocity())
 
     def get_default_state(self) -> Any:
-        return DynamicState(*(None if one is None else one[0] for one in self._view.get_default_state()))
+        return DynamicState(*(None if one is None else one.numpy()[0] for one in self._view.get_default_state()))
 
     def set_default_state(
         self,
@@ -329,10 +329,10 @@ class SingleArticulation(SingleXFormPrim):
         kinds = [("type", "i4"), ("hasLimits", "?"), ("lower", "f4"), ("upper", "f4"), ("driveMode", "i4")]
         kinds += [("maxVelocity", "f4"), ("maxEffort", "f4"), ("stiffness", "f4"), ("damping", "f4")]
         out = np.zeros(self.num_dof, dtype=kinds)
-        out["lower"], out["upper"] = low[0], high[0]
+        out["lower"], out["upper"] = low.numpy()[0], high.numpy()[0]
         out["hasLimits"] = np.isfinite(out["lower"]) & np.isfinite(out["upper"])
-        out["stiffness"], out["damping"] = stiffness[0], damping[0]
-        out["maxEffort"] = self._view.get_dof_max_efforts()[0]
+        out["stiffness"], out["damping"] = stiffness.numpy()[0], damping.numpy()[0]
+        out["maxEffort"] = self._view.get_dof_max_efforts().numpy()[0]
         out["maxVelocity"] = np.inf
         return out
 
@@ -346,7 +346,7 @@ class SingleArticulation(SingleXFormPrim):
         return self._controller.get_applied_action()
 
     def get_dof_index(self, dof_name: str) -> int:
-        return int(self._view.get_dof_indices(dof_name)[0])
+        return int(self._view.get_dof_indices(dof_name).numpy()[0])
 
     def get_articulation_body_count(self) -> int:
         return self.num_bodies
@@ -385,7 +385,7 @@ class SingleArticulation(SingleXFormPrim):
 
     def get_joints_default_state(self) -> JointsState:
         kept = self._view.get_default_state()[4:7]
-        return JointsState(*(None if one is None else one[0] for one in kept))
+        return JointsState(*(None if one is None else one.numpy()[0] for one in kept))
 
     def set_joints_default_state(self, positions: Any = None, velocities: Any = None, efforts: Any = None) -> None:
         self._view.set_default_state(
@@ -413,7 +413,7 @@ class SingleArticulation(SingleXFormPrim):
         self._view.set_velocities(_row(velocity[:3]), _row(velocity[3:]))
 
     def get_enabled_self_collisions(self) -> bool:
-        return bool(self._view.get_enabled_self_collisions()[0])
+        return bool(self._view.get_enabled_self_collisions().numpy()[0])
 
     def set_enabled_self_collisions(self, flag: bool) -> None:
         self._view.set_enabled_self_collisions(flag)
@@ -628,7 +628,7 @@ class Articulation(_View):
         return list(self._view.link_names)
 
     def get_dof_index(self, dof_name: str) -> int:
-        return int(self._view.get_dof_indices(dof_name)[0])
+        return int(self._view.get_dof_indices(dof_name).numpy()[0])
 
     def _joints(self, joint_indices: Any, joint_names: Any) -> Any:
         return self._view.get_dof_indices(joint_names) if joint_names is not None else joint_indices

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -18,17 +19,43 @@ from .xforms import put, world_parts
 __all__ = ["Prim", "XformPrim"]
 
 
+class Defaults:
+    """The values to which wrapped prims are reset, by name: NaN in the rows of prims without one."""
+
+    def __init__(self, count: int) -> None:
+        self._count = count
+        self._held: dict[str, np.ndarray] = {}
+
+    def set(self, name: str, values: Any, width: int, indices: Any = None) -> None:
+        """Keeps a row for each of the chosen prims; None changes nothing."""
+        if values is not None:
+            chosen = numbers(indices, self._count)
+            held = self._held.setdefault(name, np.full((self._count, width), np.nan))
+            held[chosen] = rows(values, len(chosen), width, name)
+
+    def get(self, name: str, indices: Any = None) -> Result | None:
+        """(N, width) of the chosen prims; None if nothing was ever kept."""
+        held = self._held.get(name)
+        return None if held is None else result(held[numbers(indices, self._count)])
+
+    def apply(self, name: str, put: Callable[..., None]) -> None:
+        """Calls `put(rows, indices=...)` with what is kept."""
+        held = self._held.get(name)
+        if held is not None and (chosen := np.flatnonzero(np.isfinite(held).all(axis=1)).tolist()):
+            put(held[chosen], indices=chosen)
+
+
 class Prim:
     """One prim or several, by paths or by regular expressions for each part of a path."""
 
     def __init__(self, paths: Any, *, resolve_paths: bool = True) -> None:
         listed = [paths] if isinstance(paths, str) else [str(one) for one in paths]
-        self.paths = self.resolve_paths(listed)[0] if resolve_paths else listed
+        self.paths = found_or_new(listed) if resolve_paths else listed
         stage = usd_stage()
         self.prims = [stage.GetPrimAtPath(path) for path in self.paths]
         if missing := [path for path, prim in zip(self.paths, self.prims, strict=True) if not prim]:
             raise ValueError(f"there is no prim {missing[0]}")
-        self._defaults: dict[str, Any] = {}
+        self._defaults = Defaults(len(self.paths))
 
     @staticmethod
     def resolve_paths(paths: Any, raise_on_mixed_paths: bool = True) -> tuple[list[str], list[str]]:
@@ -41,10 +68,12 @@ class Prim:
             found = [path] if Sdf.Path.IsValidPathString(path) and stage.GetPrimAtPath(path) else []
             if not found and any(letter in path for letter in ".*[](|)+?"):
                 found = find_matching_prim_paths(path)
+                if not found:
+                    raise ValueError(f"no prim matches {path}, and a prim cannot be named so")
             (existing if found else new).extend(found or [path])
         if existing and new and raise_on_mixed_paths:
             raise ValueError(f"some prims exist ({existing[0]}), others do not ({new[0]})")
-        return existing or new, new
+        return existing, new
 
     def __len__(self) -> int:
         return len(self.paths)
@@ -56,6 +85,12 @@ class Prim:
     @staticmethod
     def ensure_api(prims: Any, api: Any, *args: Any, **kwargs: Any) -> list[Any]:
         return [api(prim, *args) if prim.HasAPI(api, *args) else api.Apply(prim, *args) for prim in prims]
+
+
+def found_or_new(paths: Any) -> list[str]:
+    """The paths of existing prims, or of those to make. Raises ValueError for a mix of both."""
+    existing, new = Prim.resolve_paths(paths)
+    return existing or new
 
 
 class XformPrim(Prim):
@@ -162,16 +197,14 @@ class XformPrim(Prim):
         return [VisualMaterial.fetch_instances(one.GetPrim())[0] if one else None for one in bound]
 
     def get_default_state(self, *, indices: Any = None) -> tuple[Any, ...]:
-        return self._defaults.get("positions"), self._defaults.get("orientations")
+        return self._defaults.get("positions", indices), self._defaults.get("orientations", indices)
 
     def set_default_state(
         self, positions: Any = None, orientations: Any = None, *_: Any, indices: Any = None, **__: Any
     ) -> None:
-        for name, values, width in (("positions", positions, 3), ("orientations", orientations, 4)):
-            if values is not None:
-                self._defaults[name] = result(rows(values, len(self), width, name))
+        self._defaults.set("positions", positions, 3, indices)
+        self._defaults.set("orientations", orientations, 4, indices)
 
     def reset_to_default_state(self, *, warn_on_non_default_state: bool = False) -> None:
-        positions, orientations = self._defaults.get("positions"), self._defaults.get("orientations")
-        if positions is not None or orientations is not None:
-            self.set_world_poses(positions, orientations)
+        self._defaults.apply("positions", self.set_world_poses)
+        self._defaults.apply("orientations", lambda turns, indices: self.set_world_poses(None, turns, indices=indices))

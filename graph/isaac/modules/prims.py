@@ -12,7 +12,7 @@ from graph.sim.usd import Gf, UsdGeom, UsdPhysics
 from sensors.inertial import attribute_of
 
 from .articulation import Articulation
-from .prim_base import Prim, XformPrim
+from .prim_base import Prim, XformPrim, found_or_new
 
 __all__ = ["Articulation", "GeomPrim", "Prim", "RigidPrim", "XformPrim"]
 
@@ -357,8 +357,9 @@ class RigidPrim(XformPrim):
         return app().physics is not None
 
     def get_default_state(self, *, indices: Any = None) -> tuple[Any, Any, Any, Any]:
-        positions, orientations = super().get_default_state(indices=indices)
-        return positions, orientations, self._defaults.get("linear"), self._defaults.get("angular")
+        names = ("positions", "orientations", "linear", "angular")
+        positions, orientations, linear, angular = (self._defaults.get(name, indices) for name in names)
+        return positions, orientations, linear, angular
 
     def set_default_state(  # type: ignore[override]
         self,
@@ -370,15 +371,13 @@ class RigidPrim(XformPrim):
         indices: Any = None,
     ) -> None:
         super().set_default_state(positions, orientations, indices=indices)
-        for name, values in (("linear", linear_velocities), ("angular", angular_velocities)):
-            if values is not None:
-                self._defaults[name] = result(rows(values, len(self), 3, name))
+        self._defaults.set("linear", linear_velocities, 3, indices)
+        self._defaults.set("angular", angular_velocities, 3, indices)
 
     def reset_to_default_state(self, *, warn_on_non_default_state: bool = False) -> None:
         super().reset_to_default_state()
-        linear, angular = self._defaults.get("linear"), self._defaults.get("angular")
-        if linear is not None or angular is not None:
-            self.set_velocities(linear, angular)
+        self._defaults.apply("linear", self.set_velocities)
+        self._defaults.apply("angular", lambda spins, indices: self.set_velocities(None, spins, indices=indices))
 
     def _author(self, values: Any, indices: Any, made: Any) -> None:
         chosen = numbers(indices, len(self))
@@ -394,7 +393,7 @@ def _filters(given: Any, paths: list[str]) -> list[list[str]]:
     listed = [given] if isinstance(given, str) else list(given)
     if listed and not isinstance(listed[0], str):
         return [list(map(str, one)) for one in listed]
-    resolved = [Prim.resolve_paths(one)[0] for one in listed]
+    resolved = [found_or_new(one) for one in listed]
     return [[one[row] if len(one) == len(paths) else one[0] for one in resolved] for row in range(len(paths))]
 
 

@@ -10,7 +10,7 @@ from graph.isaac.results import rows
 from graph.sim.usd import Gf, Sdf, UsdPhysics, Vt
 from sensors.inertial import attribute_of
 
-from .prim_base import Prim, XformPrim
+from .prim_base import XformPrim, found_or_new
 from .prims import attribute
 from .stage import generate_next_free_path, usd_stage
 
@@ -33,7 +33,7 @@ class SensorPrim(XformPrim):
         reset_xform_op_properties: bool = True,
         **options: Any,
     ) -> None:
-        found, _ = Prim.resolve_paths(path)
+        found = found_or_new(path)
         if len(found) != 1:
             raise ValueError(f"{path} stands for {len(found)} prims; give the path of one")
         text, stage = found[0], usd_stage()

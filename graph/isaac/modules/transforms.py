@@ -250,7 +250,7 @@ def gf_rotation_to_np_array(orientation: Any) -> np.ndarray:
 def lookat_to_quatf(camera: Any, target: Any, up: Any) -> Any:
     from graph.sim.usd import Gf
 
-    w, x, y, z = map(float, look_at_quaternion(list(camera), list(target), list(up)))
+    w, x, y, z = map(float, look_at_quaternion(list(camera), list(target), list(up)).numpy())
     return Gf.Quatf(w, x, y, z)
 
 

@@ -7,14 +7,14 @@ from typing import Any, ClassVar
 from graph.isaac.results import Result, result
 from graph.sim.usd import Sdf
 
-from .prim_base import XformPrim
+from .prim_base import XformPrim, found_or_new
 from .stage import usd_stage
 
 
 def define(paths: Any, kind: str) -> list[str]:
     """Defines missing prims of a type. Raises AssertionError for an existing prim of another."""
     stage = usd_stage()
-    found, _ = XformPrim.resolve_paths([paths] if isinstance(paths, str) else list(paths))
+    found = found_or_new([paths] if isinstance(paths, str) else list(paths))
     for path in found:
         if not Sdf.Path.IsValidPathString(path):
             raise ValueError(f"no prim matches {path}, and a prim cannot be named so")

@@ -369,3 +369,30 @@ for source, offsets in ((None, None), ("no path!", None), ("/Nothing", None), ("
         "ValueError",
         "ValueError",
     ]
+
+
+def test_prims_are_reset_to_the_default_state_that_each_was_given(printed):
+    assert printed("""
+from isaacsim.core.experimental.prims import Prim, XformPrim
+for name in ("A", "B"):
+    stage.DefinePrim(f"/World/{name}", "Xform")
+prims = XformPrim("/World/[AB]", positions=[[0, 0, 1], [0, 0, 2]])
+print(prims.get_default_state())
+prims.set_default_state(positions=[0, 0, 5], indices=[1])
+prims.reset_to_default_state()
+print(prims.get_world_poses()[0].numpy().tolist(), prims.get_default_state(indices=[1])[0].numpy().tolist())
+print(Prim.resolve_paths("/World/A"), Prim.resolve_paths("/World/New"))
+for paths in ("/World/X.*", ["/World/A", "/World/New"]):
+    try:
+        Prim.resolve_paths(paths)
+    except ValueError:
+        print("refused")
+print(stage.GetPrimAtPath("/World/A").HasAPI("NewtonSceneAPI"))
+""") == [
+        "(None, None)",
+        "[[0.0, 0.0, 1.0], [0.0, 0.0, 5.0]] [[0.0, 0.0, 5.0]]",
+        "(['/World/A'], []) ([], ['/World/New'])",
+        "refused",
+        "refused",
+        "False",
+    ]
