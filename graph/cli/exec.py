@@ -157,7 +157,7 @@ class _Reporting:
             allow=args.allow,
             **options,
         )
-        self.runner = GraphRunner(app, [], scripts="run")
+        self.runner = GraphRunner(app, [], scripts="run", asked=True)
         if scene is not None:
             from graph.session.restage import open_scene
 

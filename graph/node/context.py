@@ -67,8 +67,8 @@ class Context:
 
     warn: takes code, place and message of a warning. scripts: what happens to a node that would run code of the graph
     file: it fails, does nothing, or runs it (see `graph.evaluate.script_permission`). closing: whether the App is about
-    to close. frame_time: the time, on the renderer's clock, of the frame whose post-render graphs are evaluated; None
-    in other graphs.
+    to close. asked: whether a program may read any output at any time, so that all are wanted. frame_time: the
+    time, on the renderer's clock, of the frame whose post-render graphs are evaluated; None in other graphs.
     """
 
     app: App | None = None
@@ -85,6 +85,7 @@ class Context:
     room: Room = field(default_factory=Room)
     scripts: Scripts = "refuse"
     closing: bool = False
+    asked: bool = False
     frame_time: Fraction | None = None
 
     @classmethod

@@ -238,6 +238,10 @@ class Database:
         """Whether anything reads this output."""
         return self.node.consumed(name)
 
+    def wanted(self, name: str) -> bool:
+        """Whether anything reads this output, or a program may do so at any time."""
+        return self.node.graph.context.asked or self.node.consumed(name)
+
     def is_read(self) -> bool:
         """Whether anything needs the outputs now: not if all that they lead to are publishers without a listener."""
         return self.node.is_read()

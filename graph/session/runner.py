@@ -67,17 +67,23 @@ class GraphRunner:
 
     Graphs may be added, edited and moved to another stage at any time (see `graph.Controller`); each update starts with
     their state at that moment. `on_error`: what a node that raises does to the run. None: as the settings say, and
-    something missing in a saved scene does not end the run.
+    something missing in a saved scene does not end the run. `asked`: a program may read any output at any time.
     """
 
     def __init__(
-        self, app: App, graphs: Sequence[Graph], *, on_error: OnError | None = None, scripts: Scripts = "refuse"
+        self,
+        app: App,
+        graphs: Sequence[Graph],
+        *,
+        on_error: OnError | None = None,
+        scripts: Scripts = "refuse",
+        asked: bool = False,
     ) -> None:
         self.graphs = {graph.path: graph for graph in graphs}
         self._app = app
         self._on_error = on_error or _on_error(app)
         self._excuses_lacks = on_error != "stop"
-        self._context = Context(app=app, warn=app.warn, scripts=scripts)
+        self._context = Context(app=app, warn=app.warn, scripts=scripts, asked=asked)
         self.set = GraphSet(self.graphs, context=self._context, app=app, prepare=self._prepare)
         bind(app, self.set)
         for graph in graphs:

@@ -67,9 +67,9 @@ def articulation_state(db: Database) -> bool:
     outputs.jointNames = [articulation.joint_names[joint] for joint in joints]
     outputs.jointPositions = articulation.positions[joints]
     outputs.jointVelocities = articulation.velocities[joints]
-    if db.consumed("measuredJointEfforts"):
+    if db.wanted("measuredJointEfforts"):
         outputs.measuredJointEfforts = articulation.efforts[joints]
-    if db.consumed("measuredJointForces") or db.consumed("measuredJointTorques"):
+    if db.wanted("measuredJointForces") or db.wanted("measuredJointTorques"):
         reactions = articulation.reactions[joints]
         outputs.measuredJointForces, outputs.measuredJointTorques = reactions[:, :3], reactions[:, 3:]
     return True

@@ -81,7 +81,7 @@ def read_joint_state(db: Database) -> None:
     articulation = _mechanism(db, prim)
     outputs.jointNames = list(articulation.joint_names)
     outputs.jointPositions, outputs.jointVelocities = articulation.positions, articulation.velocities
-    if db.consumed("jointEfforts"):
+    if db.wanted("jointEfforts"):
         outputs.jointEfforts = articulation.efforts
     outputs.jointDofTypes = [TRANSLATION if slides else ROTATION for slides in articulation.linear]
     outputs.stageMetersPerUnit, outputs.sensorTime = app.meters_per_unit, float(app.simulation.time)

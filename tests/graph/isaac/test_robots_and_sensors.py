@@ -215,3 +215,28 @@ def test_a_controller_of_one_attribute_reads_and_sets_it():
         one = og.Controller(og.Controller.attribute("/G/a.inputs:value"))
         one.set(2.5)
         assert one.get() == 2.5
+
+
+def test_an_output_is_there_when_a_script_first_reads_it(run_script):
+    code, out, err = run_script(f"""
+from isaacsim import SimulationApp
+app = SimulationApp()
+import omni.graph.core as og, omni.timeline
+from isaacsim.core.experimental.utils.stage import add_reference_to_stage
+add_reference_to_stage("{ARM}", "/Articulation")
+keys = og.Controller.Keys
+og.Controller.edit({{"graph_path": "/G", "evaluator_name": "execution"}}, {{
+    keys.CREATE_NODES: [
+        ("tick", "omni.graph.action.OnPlaybackTick"),
+        ("joints", "isaacsim.sensors.physics.IsaacReadJointState"),
+    ],
+    keys.CONNECT: [("tick.outputs:tick", "joints.inputs:execIn")],
+    keys.SET_VALUES: [("joints.inputs:prim", ["/Articulation"])],
+}})
+omni.timeline.get_timeline_interface().play()
+for _ in range(3):
+    app.update()
+print(len(og.Controller.get("/G/joints.outputs:jointEfforts")))
+app.close()
+""")
+    assert (code, out.split()) == (0, ["2"]), err
