@@ -47,7 +47,7 @@ def compute_transform_tree(db: Database) -> None:
         for path in (*key[1], *filter(None, key[:1])):
             if not prim_at(app.stage, path):
                 db.fail(f"there is no prim {path} on the stage; correct the path")
-        memory.key, memory.tree = key, TransformTree(edges_of(app.stage, *key))
+        memory.key, memory.tree = key, TransformTree(edges_of(app.stage, *key, keep_parent=True))
     poses = memory.tree.read(app.fabric, app.meters_per_unit)
     outputs = db.outputs
     outputs.parentFrames, outputs.childFrames = [pose.parent for pose in poses], [pose.child for pose in poses]

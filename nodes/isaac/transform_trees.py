@@ -37,18 +37,18 @@ class Edge:
     to_camera: bool = False
 
 
-def edges_of(stage: Any, parent: str, targets: Iterable[str]) -> list[Edge]:
+def edges_of(stage: Any, parent: str, targets: Iterable[str], *, keep_parent: bool = False) -> list[Edge]:
     """The transforms of `targets` below `parent` ("" is the world).
 
     A target that is the root of an articulation (`Mechanisms.standing_for`) means all its links: the parent of the root
     link is `parent`, that of every other link is the link that its joint connects it to. The parent of any other target
-    is `parent`.
+    is `parent`. The parent as its own target is left out, unless `keep_parent` asks for its identity.
     """
     mechanisms = mechanisms_of(stage)
     pairs: dict[str, str] = {}
     for target in targets:
         for child, parent_link in (mechanisms.standing_for(target) or {target: ""}).items():
-            if child != parent:
+            if child != parent or (keep_parent and child == target):
                 pairs.setdefault(child, parent_link or parent)
     names = _frame_names(stage, [parent, *pairs.values(), *pairs])
     cameras = {path for path in names if path and _is_camera(stage.GetPrimAtPath(path))}
@@ -59,9 +59,11 @@ def edges_of(stage: Any, parent: str, targets: Iterable[str]) -> list[Edge]:
 
 
 def _is_camera(prim: Any) -> bool:
+    """Whether it looks along -Z; a lidar that is stored as a camera measures along +X, as other lidars do."""
     from graph.sim.usd import UsdGeom
 
-    return bool(prim.IsA(UsdGeom.Camera))
+    applied = map(str, prim.GetPrimTypeInfo().GetAppliedAPISchemas())
+    return bool(prim.IsA(UsdGeom.Camera)) and "IsaacRtxLidarSensorAPI" not in applied
 
 
 def _frame_names(stage: Any, paths: Sequence[str]) -> dict[str, str]:

@@ -132,3 +132,28 @@ def test_a_tree_needs_prims_that_are_there(arm):
     inputs = {"targetPrims": ["/World/Gone"]}
     with pytest.raises(ComputeError, match="there is no prim /World/Gone"):
         run_node("IsaacComputeTransformTree", inputs=inputs, pulses={"execIn": [0]}, app=app)
+
+
+def test_a_parent_that_is_its_own_target_is_placed_in_itself(arm, stage):
+    from pxr import UsdGeom
+
+    UsdGeom.Xform.Define(stage, "/World/Base").AddTranslateOp().Set((0, 1, 3))
+    UsdGeom.Xform.Define(stage, "/World/Base/Top").AddTranslateOp().Set((0, 0, 2))
+    inputs = {"parentPrim": "/World/Base", "targetPrims": ["/World/Base", "/World/Base/Top"]}
+    trace = run_node("IsaacComputeTransformTree", inputs=inputs, pulses={"execIn": [0]}, app=arm())
+    assert trace.value("parentFrames") == ["Base", "Base"]
+    assert trace.value("childFrames") == ["Base", "Top"]
+    assert [list(one) for one in trace.value("translations")] == [[0, 0, 0], [0, 0, 2]]
+
+
+def test_a_camera_that_stands_for_a_lidar_keeps_its_axes(arm, stage):
+    from pxr import UsdGeom
+
+    UsdGeom.Camera.Define(stage, "/World/Eye")
+    lidar = UsdGeom.Camera.Define(stage, "/World/Lidar").GetPrim()
+    lidar.AddAppliedSchema("IsaacRtxLidarSensorAPI")
+    inputs = {"targetPrims": ["/World/Eye", "/World/Lidar"]}
+    trace = run_node("IsaacComputeTransformTree", inputs=inputs, pulses={"execIn": [0]}, app=arm())
+    eye, lidar_turn = ([abs(one) for one in turn] for turn in trace.value("orientations"))
+    assert eye == pytest.approx([1, 0, 0, 0])  # half a turn about x: optical axes
+    assert lidar_turn == pytest.approx([0, 0, 0, 1])
