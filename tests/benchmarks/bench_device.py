@@ -146,7 +146,6 @@ def many_worlds(device: Any, rounds: int, worlds: int) -> Iterator[Row]:
     """A small lidar in each of many worlds with boxes of their own."""
     wp = warp()
     surfaces, owners = [hills(), *(cube(n) for n in range(BOXES))], [-1, *range(BOXES)]
-    before = device.free_memory
     scan, pattern = scanner(device, surfaces, owners, lidar(16, 360), worlds)
     rng = np.random.default_rng(0)
     poses = np.tile(np.eye(4), (worlds, BOXES, 1, 1))
@@ -164,8 +163,6 @@ def many_worlds(device: Any, rounds: int, worlds: int) -> Iterator[Row]:
 
     what = f"{worlds:,} worlds x {len(pattern):,} rays, {BOXES} boxes, all channels"
     yield from pair(what, device, ours, lambda: floor.cast(len(pattern)), rounds, 58.0)
-    used = (before - device.free_memory) / worlds
-    yield Row(f"memory of a world: {len(pattern):,} rays, all channels, {BOXES} boxes", used / 2**20, None, "MiB")
 
 
 def yard_memory(device: Any, worlds: int) -> Iterator[Row]:
