@@ -45,7 +45,7 @@ class AsyncTestCaseFailOnLogError(AsyncTestCase):
 
 
 class OmniUiTest(AsyncTestCase):
-    """A case for widgets; there are none, so that only what needs no window runs."""
+    """A case for widgets, which do not exist here: only steps that need no window run."""
 
 
 class OmniGraphTestCase(AsyncTestCase):
