@@ -25,8 +25,6 @@ class DeviceWorld(CastWorld):
     Ranges are within 1e-5 m of the processor's, ids the same but at edges; the same rays give the same bytes again.
     """
 
-    device: Any
-
     @classmethod
     def on(cls, name: str, *args: Any, **options: Any) -> DeviceWorld:
         """The world on a device by its name; other arguments as for `CastWorld`. Raises UserError without it."""

@@ -10,6 +10,7 @@ from graph.sim.geometry.collect import Mesh
 from sensors.compiled import compiled
 
 from .planes import cast_plane
+from .rays import RayBundle
 from .standing import excluded
 from .triangles import TriangleScene
 from .world import CastWorld
@@ -49,6 +50,8 @@ class Shadows:
         one that is infinitely `far`.
         """
         world, reach = self._world, np.inf if far else REACH
+        if world.device is not None:
+            return self._blocked_on_device(origin, points, ways, some, state, reach)
         anchor, static = world.static_scene(origin, self._exclude)
         rays = np.empty((len(some), 6), np.float32)
         found = np.zeros(len(some), bool)
@@ -65,6 +68,16 @@ class Shadows:
             height = float((origin - place) @ normal)
             found |= cast_plane(height, np.ascontiguousarray(rays[:, :3]), rays, normal) < reach
         return found
+
+    def _blocked_on_device(
+        self, origin: np.ndarray, points: np.ndarray, ways: np.ndarray, some: np.ndarray, state: Any, reach: float
+    ) -> np.ndarray:
+        rays = np.empty((len(some), 6), np.float32)
+        _start(rays, points, ways, some, np.zeros(3, np.float32))
+        lengths = np.sqrt(np.square(rays[:, 3:]).sum(axis=1))
+        rays[:, 3:] /= lengths[:, None]
+        bundle = RayBundle(origin, rays, np.ascontiguousarray(rays[:, :3]), self._exclude)
+        return self._world.cast(bundle, state).distance < reach * lengths
 
     def _moving_scene(self, origin: np.ndarray, poses: np.ndarray | None, state: Any) -> TriangleScene:
         placed = [self._world.vertices(number, poses, state) - origin for number in self._numbers]

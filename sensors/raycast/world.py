@@ -47,6 +47,9 @@ class CastWorld:
     lists the geometry in the order of their numbers.
     """
 
+    device: Any = None
+    """Where rays are cast (`devices.device_of`); None: on the processor."""
+
     def __init__(
         self,
         geometry: Sequence[Mesh | Plane],
