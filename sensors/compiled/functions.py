@@ -84,7 +84,7 @@ class Compiled(Inlined[P, R]):
     @cached_property
     def code(self) -> Any:
         """What Numba made of the function."""
-        code = self._made(_nrt=self._makes_arrays)
+        code = self._made(_nrt=self._makes_arrays, no_cfunc_wrapper=True)  # no C code calls it
         code._cache = self.kept  # in the place of Numba's own, which depends on the folder
         watch_compiling()
         return code
