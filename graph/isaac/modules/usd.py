@@ -208,9 +208,6 @@ def _take(url: str | None, on_finish: Any = None) -> bool:
     present, beside = app(), kit()
     beside.stage_events.dispatch(StageEventType["CLOSING"])
     beside.dispatcher.dispatch_event("omni.usd:closing", {})
-    cache = UsdUtils.StageCache.Get()
-    if (number := cache.GetId(present.stage)).IsValid():
-        cache.Erase(number)
     try:
         if url is None:
             present.take_stage(None)
@@ -232,7 +229,6 @@ def _take(url: str | None, on_finish: Any = None) -> bool:
     beside.stage_url, beside.stage_closed = url or "", False
     beside.singletons.clear()
     author_cameras(present.stage)
-    cache.Insert(present.stage)
     for event in ("CLOSED", "OPENED", "ASSETS_LOADED"):
         beside.stage_events.dispatch(StageEventType[event])
         beside.dispatcher.dispatch_event(f"omni.usd:{event.lower()}", {})

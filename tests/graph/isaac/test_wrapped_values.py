@@ -396,3 +396,15 @@ print(stage.GetPrimAtPath("/World/A").HasAPI("NewtonSceneAPI"))
         "refused",
         "False",
     ]
+
+
+def test_a_stage_outlives_many_new_ones_and_a_file_that_cannot_be_opened(printed):
+    assert printed("""
+import isaacsim.core.experimental.utils.stage as stage_utils
+context = omni.usd.get_context()
+for number in range(3):
+    stage_utils.create_new_stage()
+    stage_utils.get_stage_id(context.get_stage())
+    app.update()
+print(context.open_stage("/nowhere.usda"), context.get_stage().DefinePrim("/A", "Xform").GetPath())
+""") == ["False /A"]
