@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar, cast
 
 from graph.base.suggesting import Suggesting
+from graph.sim.renderer.wrapper import unwrapped
 
 from .annotators.annotator import Annotator, split_data
 from .annotators.registry import find_annotator
@@ -22,6 +23,7 @@ RESOLUTION = (300, 300)
 """Of the render products of sensors that measure no picture; it has no effect on what they measure."""
 
 Authored = TypeVar("Authored")
+Runtime = TypeVar("Runtime")
 
 
 def check_names(
@@ -138,10 +140,10 @@ class RenderedSensor(Suggesting):
             attached.detach()
 
 
-class PointSensor(RenderedSensor, Generic[Authored]):
+class PointSensor(RenderedSensor, Generic[Authored, Runtime]):
     """A rendered sensor that measures points or signals, over the object that authors its prim.
 
-    prim: such an object, or a path, which makes one on that prim, whose attributes stay as they are. The render product
+    path: such an object, or a path, which makes one on that prim, whose attributes stay as they are. The render product
     is 300 x 300, named rtx_sensor_<hash>. It exists from now on; if it was made while playing, until the stop. writers:
     names from the writer table. Raises SensorValueError (a UserError and a ValueError) for unknown names and prims.
     """
@@ -151,15 +153,16 @@ class PointSensor(RenderedSensor, Generic[Authored]):
 
     def __init__(
         self,
-        prim: Authored | str,
-        annotators: str | Iterable[str] | None,
-        writers: str | Iterable[str] | None,
-        render_vars: Iterable[str] | None,
-        app: App | None,
+        path: Authored | str,
+        *,
+        annotators: str | Iterable[str] | None = None,
+        writers: str | Iterable[str] | None = None,
+        render_vars: Iterable[str] | None = None,
+        app: App | None = None,
     ) -> None:
         annotators, writers = short_names(annotators), short_names(writers)
         check_names(annotators, writers)
-        made: Any = prim if isinstance(prim, self.authored_by) else self.authored_by(prim, app=app)
+        made: Any = path if isinstance(path, self.authored_by) else self.authored_by(path, app=app)
         self._authored: Authored = made
         self.render_vars = tuple(render_vars or ())
         super().__init__(made.app, made.path, RESOLUTION, annotators, writers)
@@ -176,6 +179,12 @@ class PointSensor(RenderedSensor, Generic[Authored]):
     def authoring_object(self) -> Authored:
         """The object that authors the prim."""
         return self._authored
+
+    @property
+    def runtime(self) -> Runtime:
+        """The runtime behind the render product; also after the product was removed."""
+        found: Any = unwrapped(self._product.sensor)
+        return cast("Runtime", found)
 
 
 def _writer_spec(name: str, table: Mapping[str, WriterSpec]) -> WriterSpec:

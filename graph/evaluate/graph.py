@@ -385,3 +385,18 @@ class Graph(FamiliarGraph):
 def by_path(graphs: Sequence[Graph]) -> Mapping[str, Graph]:
     """The graphs by path, in order."""
     return {graph.path: graph for graph in graphs}
+
+
+def evaluator_of(graph: Graph) -> EvaluatorProtocol:
+    """A new evaluator for a graph."""
+    if graph.evaluator == "execution":
+        from .execution import ExecutionEvaluator
+
+        return ExecutionEvaluator(graph)
+    if graph.evaluator == "push":
+        from .push import PushEvaluator
+
+        return PushEvaluator(graph)
+    from .dirty import DirtyPushEvaluator
+
+    return DirtyPushEvaluator(graph)

@@ -11,8 +11,7 @@ from graph.base.errors import Mark, Problem, UserError
 from graph.base.gc_pause import collector_paused
 from graph.base.limits import check
 from graph.base.suggest import did_you_mean
-from graph.evaluate.evaluators import evaluator_of
-from graph.evaluate.graph import Graph
+from graph.evaluate.graph import Graph, evaluator_of
 from graph.evaluate.instances import instance_spec
 from graph.evaluate.node import Layout, Node
 from graph.node.declaration import NodeType

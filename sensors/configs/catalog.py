@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import functools
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from functools import reduce
+from itertools import product
 from pathlib import Path, PurePosixPath
 from types import NoneType
 from typing import Any
@@ -19,7 +21,48 @@ from sensors.lidar.names import PRIM_TYPE
 
 from .beams import emitter_states
 from .spelling import short_name, spellings
-from .variants import Entry, entries, merged
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One variant: its name (text, or a choice for each variant set), and its changes of the base."""
+
+    variant: str | dict[str, str] | None
+    base: Mapping[str, Any]
+    changes: tuple[Mapping[str, Any], ...] = ()
+
+    @property
+    def document(self) -> Mapping[str, Any]:
+        """The document of this variant."""
+        return reduce(merged, self.changes, self.base)
+
+
+def entries(document: Mapping[str, Any]) -> Iterator[Entry]:
+    """Every variant, in order; a single one without a name if the document has no `sets`.
+
+    `sets`: set name -> {choice: changes}. A choice may restrict the choices of other sets (`with`: {set: [choices]}).
+    `named` joins the choices to one name: "OS0_{Model}ch{Mode}res".
+    """
+    sets: Mapping[str, Mapping[str, Any]] = document.get("sets", {})
+    if not sets:
+        yield Entry(None, document)
+        return
+    for choices in product(*sets.values()):
+        chosen = dict(zip(sets, choices, strict=True))
+        changes = tuple(sets[name][choice] for name, choice in chosen.items())
+        together = (each for change in changes for each in change.get("with", {}).items())
+        if all(chosen[name] in allowed for name, allowed in together):
+            yield Entry(document["named"].format(**chosen) if "named" in document else chosen, document, changes)
+
+
+def merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """`base` with `changes` applied: objects are merged, anything else is replaced."""
+    out = dict(base)
+    for key, value in changes.items():
+        known = out.get(key)
+        out[key] = merged(known, value) if isinstance(known, Mapping) and isinstance(value, Mapping) else value
+    return out
+
 
 LARGEST = 1 << 24
 """Bytes of a data file of this package, at most."""

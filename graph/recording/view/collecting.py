@@ -16,8 +16,7 @@ from graph.recording.sources import WALL_CLOCK_NS
 from .clouds import CloudPanel
 from .colours import source
 from .frames import DETECTIONS, LENS, boxes, frames, lens
-from .images import image_of, small
-from .range_images import range_image
+from .images import image_of, range_image, small
 from .thinning import chosen
 from .times import Times
 from .values import MOST_POINTS, Series

@@ -40,7 +40,7 @@ def test_inspect_of_a_camera_without_a_graph_takes_the_size_of_its_configuration
     tmp_path, prims, size
 ):
     """Of cameras without a stereo measurement nothing keeps a size."""
-    from graph.cli.product_size import product_size
+    from graph.cli.inspect import product_size
     from graph.session.open import open_session
 
     path = tmp_path / "camera.yaml"

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from graph.sim.geometry.collect import Mesh
 from sensors.raycast.rays import RayBundle
-from sensors.raycast.regions import CELLS, Regions
+from sensors.raycast.standing import CELLS, Regions
 from sensors.raycast.world import CastWorld
 from tests.support.unpruned import unpruned
 
