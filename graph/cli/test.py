@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's options."""
-    parser.epilog = f"What a test file may say: python -m pydoc graph.testing.model. {parser.epilog or ''}"
+    parser.epilog = f"What a test file may say: python -m pydoc graph.testing.case_forms. {parser.epilog or ''}"
     parser.add_argument(
         "files",
         metavar="FILE",

@@ -18,7 +18,7 @@ from graph.spec.file_spec import (
     VariableSpec,
 )
 
-from . import connections, model, paths
+from . import connections, file_forms, paths
 from .paths import is_own_file
 from .source import Source
 from .text import quoted
@@ -43,7 +43,7 @@ class Builder:
         self.folder = folder
         self.allow = allow
 
-    def build(self, file: model.GraphFile) -> FileSpec:
+    def build(self, file: file_forms.GraphFile) -> FileSpec:
         """The specification of a validated file, without the parts that are wrong."""
         return FileSpec(
             path=self.path,
@@ -59,7 +59,7 @@ class Builder:
             marks=self._marks(),
         )
 
-    def _scene(self, scene: model.Scene) -> SceneSpec:
+    def _scene(self, scene: file_forms.Scene) -> SceneSpec:
         given = [key for key in _SCENE_SUFFIXES if getattr(scene, key) is not None]
         if len(given) > 1:
             self._wrong(("scene", given[1]), f"scene: give {' or '.join(given)}, not both", key=True)
@@ -115,7 +115,7 @@ class Builder:
             self._wrong(location, f"{name}: {error}")
             return None
 
-    def _clock(self, clock: model.Clock) -> ClockSpec:
+    def _clock(self, clock: file_forms.Clock) -> ClockSpec:
         both = clock.physics_hz, clock.loop_hz
         if clock.experience == "zero_delay" and None not in both and both[0] != both[1]:
             self._wrong(
@@ -127,12 +127,12 @@ class Builder:
         mark = self._key_mark("clock") if "clock" in self.root else None
         return ClockSpec(clock.physics_hz, clock.loop_hz, clock.experience, clock.parity, mark)
 
-    def _record(self, record: model.Record) -> RecordSpec:
+    def _record(self, record: file_forms.Record) -> RecordSpec:
         try:
             name = paths.output_name(record.mcap)
         except ValueError as error:
             self._wrong(("record", "mcap"), f"record.mcap: {error}")
-            name = model.Record().mcap
+            name = file_forms.Record().mcap
         size, seconds = record.split_size, record.split_seconds
         if size is not None and size < LEAST_PART:
             self._wrong(("record", "split_size"), f"record.split_size: {size} bytes; give {LEAST_PART:,} or more")
@@ -148,7 +148,7 @@ class Builder:
                     )
         return RecordSpec(name, size, seconds, tuple(record.topics), tuple(record.exclude))
 
-    def _graph(self, path: str, graph: model.Graph) -> GraphSpec:
+    def _graph(self, path: str, graph: file_forms.Graph) -> GraphSpec:
         tree = self.root["graphs"][path]
         tree = tree if isinstance(tree, Map) else Map()
         return GraphSpec(
@@ -168,7 +168,7 @@ class Builder:
             instances=graph.instances,
         )
 
-    def _nodes(self, graph: model.Graph, tree: Map | None) -> Iterator[NodeSpec]:
+    def _nodes(self, graph: file_forms.Graph, tree: Map | None) -> Iterator[NodeSpec]:
         if tree is None:
             return
         mark = self.source.mark
@@ -203,7 +203,7 @@ class Builder:
             values[name] = value
             marks[name] = self.source.mark(at)
 
-    def _connections(self, graph: model.Graph, tree: Seq | None) -> Iterator[ConnectionSpec]:
+    def _connections(self, graph: file_forms.Graph, tree: Seq | None) -> Iterator[ConnectionSpec]:
         if tree is None:
             return
         source = self.source

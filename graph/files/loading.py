@@ -14,7 +14,7 @@ from graph.base.gc_pause import collector_paused
 from graph.base.records import dataclass
 from graph.spec.file_spec import FileSpec, GraphSpec
 
-from . import json_text, messages, model, tree
+from . import file_forms, json_text, messages, tree
 from .build import Builder
 from .source import Source, decode, file_format, is_usd, read
 from .text import described
@@ -145,24 +145,24 @@ def _examine(source: Source, kind: str, path: Path | None, folder: Path, allow: 
 def _another_format(root: tree.Map) -> str | None:
     """Why no key can be checked: the file is not a graph file at all, or has a newer format."""
     version = root.get("tickgraph")
-    if "tickgraph" not in root and not any(key in model.GraphFile.fields for key in root):
+    if "tickgraph" not in root and not any(key in file_forms.GraphFile.fields for key in root):
         if "campaign" in root:
             return "this is a campaign file, not a graph file; run it by graph sweep"
         return 'this is not a graph file: there is no "tickgraph" key; a graph file starts with "tickgraph: 1"'
-    if isinstance(version, int) and not isinstance(version, bool) and version > model.VERSION:
+    if isinstance(version, int) and not isinstance(version, bool) and version > file_forms.VERSION:
         number = described(version).removeprefix("number ")
-        return f"format {number} is newer than this tickgraph reads ({model.VERSION}); update it"
+        return f"format {number} is newer than this tickgraph reads ({file_forms.VERSION}); update it"
     return None
 
 
 def _validated(
     source: Source, root: tree.Map, problems: list[Problem]
-) -> tuple[model.GraphFile | None, tree.Map, list[tree.Location]]:
+) -> tuple[file_forms.GraphFile | None, tree.Map, list[tree.Location]]:
     """The validated file; invalid parts are reported and left out, and the rest is validated without them."""
     dropped: list[tree.Location] = []
     for _ in range(4):  # leaving a part out can leave its parent incomplete; bounded
         try:
-            return model.GraphFile.read(root), root, dropped
+            return file_forms.GraphFile.read(root), root, dropped
         except FormError as error:
             errors = error.errors
         if not dropped:
@@ -172,7 +172,7 @@ def _validated(
         dropped += locations
         root = tree.without(root, locations)
         if "tickgraph" not in root:
-            root.add("tickgraph", root.at, model.VERSION, root.at)
+            root.add("tickgraph", root.at, file_forms.VERSION, root.at)
     return None, root, dropped
 
 

@@ -9,7 +9,7 @@ from graph.base.errors import Problem
 from graph.base.forms import KEY, Error, Form
 from graph.base.suggest import did_you_mean
 
-from . import model
+from . import file_forms
 from .source import Source
 from .text import described, quoted, shown, suggestion
 from .tree import Location, Map, offset, value_at
@@ -95,7 +95,7 @@ def _tree_location(location: Sequence[str | int]) -> tuple[Location, bool]:
 def _version(kind: str, value: Any) -> str:
     if kind == "missing":
         return _NO_VERSION
-    return f"tickgraph must be {model.VERSION}, the version of the file format, found {described(value)}"
+    return f"tickgraph must be {file_forms.VERSION}, the version of the file format, found {described(value)}"
 
 
 def _unknown_key(location: Location) -> str:
@@ -113,20 +113,20 @@ def _choice(value: Any, allowed: Sequence[Any]) -> str:
 
 def _fields(location: Sequence[str | int]) -> Mapping[str, Any]:
     """The fields of the model that describes the mapping at a location."""
-    kind: type[Form] = model.GraphFile
+    kind: type[Form] = file_forms.GraphFile
     match [*location]:
         case ["scene"]:
-            kind = model.Scene
+            kind = file_forms.Scene
         case ["clock"]:
-            kind = model.Clock
+            kind = file_forms.Clock
         case ["record"]:
-            kind = model.Record
+            kind = file_forms.Record
         case ["graphs", _]:
-            kind = model.Graph
+            kind = file_forms.Graph
         case ["graphs", _, "nodes", _]:
-            kind = model.Node
+            kind = file_forms.Node
         case ["graphs", _, "variables", _]:
-            kind = model.Variable
+            kind = file_forms.Variable
     return kind.fields
 
 

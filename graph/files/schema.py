@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.values.types import TYPES, Type
 
-from . import model
+from . import file_forms
 
 if TYPE_CHECKING:
     from graph.node.declaration import Attribute, NodeType
@@ -40,7 +40,7 @@ def json_schema(
     schema = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "TickGraph graph file",
-        **model.GraphFile.schema(),
+        **file_forms.GraphFile.schema(),
     }
     schema["$defs"]["Variable"]["properties"]["type"] |= {"enum": [*TYPES]}
     types = [*node_types]

@@ -131,14 +131,14 @@ def _with_key(scene: SceneSpec, path: str, name: str, value: Any, mark: Mark) ->
 
 
 def _with_clock(spec: FileSpec, key: str, value: Any) -> FileSpec:
-    from graph.files.model import Clock
+    from graph.files.file_forms import Clock
 
     return replace(spec, clock=replace(spec.clock, **{key: getattr(_section(Clock, key, value), key)}))
 
 
 def _with_scene(spec: FileSpec, key: str, value: Any) -> FileSpec:
     """The file with another scene, below its folder as the one that it names."""
-    from graph.files.model import Scene
+    from graph.files.file_forms import Scene
     from graph.files.paths import confined
 
     found = getattr(_section(Scene, key, value), key)

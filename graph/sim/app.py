@@ -17,9 +17,9 @@ from graph.base.suggesting import Suggesting
 
 from . import entered
 from . import settings as keys
+from .delegation import delegate
 from .driver import Driver, StepCallback
 from .fidelity import Fidelity
-from .forwarding import forward
 from .live.reset import Reset, reset
 from .messages.bus import MessageBus
 from .options import clock_rates, experience_settings, refuse_unavailable
@@ -271,8 +271,8 @@ class App(Suggesting):
     def when_playing(self, choice: str) -> None:
         self.world.when_playing = checked_choice(choice)
 
-    geometry = forward("world", World.geometry)
-    forget_geometry = forward("world", World.forget_geometry)
+    geometry = delegate("world", World.geometry)
+    forget_geometry = delegate("world", World.forget_geometry)
 
     def edit(self, when_playing: str | None = None) -> AbstractContextManager[Any]:
         """`with app.edit(when_playing="recompile") as stage:` changes the world, also while playing; see
@@ -376,16 +376,16 @@ class App(Suggesting):
         """
         return self.phases.on(phase, callback, order)
 
-    play = forward("driver", Driver.play)
-    pause = forward("driver", Driver.pause)
-    stop = forward("driver", Driver.stop)
-    check_drivable = forward("driver", Driver.check_drivable)
+    play = delegate("driver", Driver.play)
+    pause = delegate("driver", Driver.pause)
+    stop = delegate("driver", Driver.stop)
+    check_drivable = delegate("driver", Driver.check_drivable)
 
     def update(self, steps: int = 1) -> None:
         """Runs `steps` app updates, each through all phases; fewer if the end of the run is requested."""
         self.driver.updates.update(steps)
 
-    update_app = forward("driver", Driver.update_app)
+    update_app = delegate("driver", Driver.update_app)
 
     async def next_update_async(self) -> float:
         """Waits for the next update and triggers it; returns its loop dt [s].
@@ -404,7 +404,7 @@ class App(Suggesting):
         """Awaits more frames of render products (deprecated); see `Driver.next_render_simulation_async`."""
         await self.driver.next_render_simulation_async(render_product_paths, num_simulation_frames)
 
-    deliver_frames = forward("driver", Driver.deliver_frames)
+    deliver_frames = delegate("driver", Driver.deliver_frames)
 
     # -- the end -----------------------------------------------------------------------------------------------------
 

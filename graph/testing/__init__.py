@@ -8,8 +8,8 @@
     trace = run_graph("graphs/quickstart.yaml", updates=6)
     assert trace.fired("tick.tick") == [0, 1, 2, 3, 4, 5]
 
-The same tests can be data in `*.test.yaml` files: `graph.testing.model` describes them, `graph test` and pytest run
-them. Names are imported at their first use.
+The same tests can be data in `*.test.yaml` files: `graph.testing.case_forms` describes them, `graph test` and pytest
+run them. Names are imported at their first use.
 """
 
 from __future__ import annotations

@@ -11,9 +11,8 @@ from graph.base.errors import Mark, Problem, UserError
 from graph.base.forms import FormError
 from graph.base.inputs import start_of
 from graph.base.limits import most
+from graph.files import file_forms, paths
 from graph.files import messages as file_messages
-from graph.files import model as file_model
-from graph.files import paths
 from graph.files.build import Builder
 from graph.files.loading import _parser
 from graph.files.played import Played, read_played
@@ -23,7 +22,7 @@ from graph.files.tree import Location, Map, Seq, offset, without
 from graph.spec.file_spec import FileSpec
 from graph.spec.migration import migrate
 
-from . import messages, model
+from . import case_forms, messages
 from .ogn_cases import test_tree
 
 _JOINED = ("inputs", "pulses", "changes", "settings", "fidelity", "connect", "variables")
@@ -38,7 +37,7 @@ class Case:
     """
 
     name: str
-    setup: model.Case
+    setup: case_forms.Case
     spec: FileSpec
     file: Path | None
     node: str | None
@@ -100,8 +99,8 @@ def parse_cases(data: bytes, name: str, path: Path, allow: Iterable[str | Path] 
         root = test_tree(source, root, problems)
         if not root["cases"]:
             return CaseFile(name, (), tuple(problems))
-    if model.KEY not in root and not any(key in model.CaseFile.fields for key in root):
-        problems.append(source.problem(at, f'this is not a test file: there is no "{model.KEY}" key; {_start()}'))
+    if case_forms.KEY not in root and not any(key in case_forms.CaseFile.fields for key in root):
+        problems.append(source.problem(at, f'this is not a test file: there is no "{case_forms.KEY}" key; {_start()}'))
         return CaseFile(name, (), tuple(problems))
     root = _valid_part(source, root, problems)
     folder = path.parent
@@ -110,7 +109,7 @@ def parse_cases(data: bytes, name: str, path: Path, allow: Iterable[str | Path] 
 
 
 def _start() -> str:
-    return f'a test file is a mapping that starts with "{model.KEY}: {model.VERSION}"'
+    return f'a test file is a mapping that starts with "{case_forms.KEY}: {case_forms.VERSION}"'
 
 
 def _empty() -> str:
@@ -122,7 +121,7 @@ def _valid_part(source: Source, root: Map, problems: list[Problem]) -> Map:
     reported = False
     for _ in range(4):  # leaving a part out can leave its parent incomplete; bounded
         try:
-            model.CaseFile.read(root)
+            case_forms.CaseFile.read(root)
             return root
         except FormError as error:
             errors = error.errors
@@ -131,8 +130,8 @@ def _valid_part(source: Source, root: Map, problems: list[Problem]) -> Map:
             reported = True
         dropped: list[Location] = file_messages.locations_of(errors)
         root = without(root, [location for location in dropped if location != ()])
-        if model.KEY not in root:
-            root.add(model.KEY, root.at, model.VERSION, root.at)
+        if case_forms.KEY not in root:
+            root.add(case_forms.KEY, root.at, case_forms.VERSION, root.at)
     return Map(root.at)
 
 
@@ -141,7 +140,7 @@ def _cases(
 ) -> Iterator[Case]:
     shared = Map(root.at)
     for key, value in root.items():
-        if key not in (model.KEY, "cases"):
+        if key not in (case_forms.KEY, "cases"):
             shared.add(key, root.places[key][0], value, root.places[key][1])
     for name, written in root.get("cases", Map()).items():
         at = root["cases"].places[name][0]
@@ -188,7 +187,7 @@ def _case(
     def wrong(message: str, *location: str) -> None:
         problems.append(source.problem(offset(tree, location, key=True), message))
 
-    setup = model.Case.read(tree)
+    setup = case_forms.Case.read(tree)
     written_out = setup.graph is not None and not isinstance(setup.graph, str)
     file: Path | None = None
     if setup.graph is not None and setup.node is not None:
@@ -211,13 +210,13 @@ def _case(
         if getattr(setup, key):
             wrong(f"{key}: only the test of a node takes it; leave it out", key)
     graph_file = messages.graph_tree(tree, tree["graph"] if written_out else None)
-    spec = Builder(source, graph_file, problems, None, folder, allow).build(file_model.GraphFile.read(graph_file))
+    spec = Builder(source, graph_file, problems, None, folder, allow).build(file_forms.GraphFile.read(graph_file))
     files, written = _played(source, tree, setup, folder, allow, problems)
     return Case(name, setup, migrate(spec), file, setup.node, tree, source, files, written)
 
 
 def _played(
-    source: Source, tree: Map, setup: model.Case, folder: Path, allow: Sequence[Path], problems: list[Problem]
+    source: Source, tree: Map, setup: case_forms.Case, folder: Path, allow: Sequence[Path], problems: list[Problem]
 ) -> tuple[tuple[Path, ...], tuple[Played, ...]]:
     """The files and the messages of `play`."""
     value = tree.get("play")

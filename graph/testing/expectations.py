@@ -10,7 +10,7 @@ from graph.base.errors import Problem
 from graph.base.suggest import did_you_mean
 from graph.values.types import Type
 
-from . import model
+from . import case_forms
 from .cases import Case
 from .comparing import difference, show
 from .seen import Seen
@@ -48,7 +48,7 @@ def failures_of(case: Case, seen: Seen) -> Iterator[Problem]:
         yield from _warnings(case, expect.warnings, seen)
 
 
-def _error(case: Case, wanted: model.ExpectedError | None, seen: Seen) -> Iterator[Problem]:
+def _error(case: Case, wanted: case_forms.ExpectedError | None, seen: Seen) -> Iterator[Problem]:
     if wanted is None:
         if seen.error is not None:
             what = "the run failed" if seen.exit == 1 else "this cannot be run"
@@ -81,7 +81,7 @@ def _advice(case: Case, seen: Seen) -> str:
     return ""
 
 
-def _described(wanted: model.ExpectedError) -> str:
+def _described(wanted: case_forms.ExpectedError) -> str:
     parts = [f'"{piece}"' for piece in wanted.message or ()]
     if wanted.exit is not None:
         parts.append(f"exit {wanted.exit}")
@@ -138,7 +138,7 @@ def _tolerance(case: Case, reference: str) -> float:
     tolerance = case.setup.tolerance
     if isinstance(tolerance, dict):
         tolerance = tolerance.get(reference)
-    return model.DEFAULT_TOLERANCE if tolerance is None else tolerance
+    return case_forms.DEFAULT_TOLERANCE if tolerance is None else tolerance
 
 
 def _output(case: Case, reference: str, wanted: Any, seen: Seen) -> Iterator[Problem]:
@@ -189,7 +189,7 @@ def _differences(
                 yield key, update, message
 
 
-def _warnings(case: Case, wanted: Sequence[model.ExpectedWarning], seen: Seen) -> Iterator[Problem]:
+def _warnings(case: Case, wanted: Sequence[case_forms.ExpectedWarning], seen: Seen) -> Iterator[Problem]:
     left = list(seen.warnings)
     # The most specific expectation chooses first: otherwise a bare code would take the only warning that fits it.
     order = sorted(range(len(wanted)), key=lambda index: -len(wanted[index].given))
@@ -208,7 +208,7 @@ def _warnings(case: Case, wanted: Sequence[model.ExpectedWarning], seen: Seen) -
         yield Problem(message, case.at("expect", "warnings"))
 
 
-def _is(warning: Any, wanted: model.ExpectedWarning) -> bool:
+def _is(warning: Any, wanted: case_forms.ExpectedWarning) -> bool:
     return (
         warning.code == wanted.code
         and wanted.where in (None, warning.where)
@@ -217,6 +217,6 @@ def _is(warning: Any, wanted: model.ExpectedWarning) -> bool:
     )
 
 
-def _warning(wanted: model.ExpectedWarning) -> str:
+def _warning(wanted: case_forms.ExpectedWarning) -> str:
     extra = [f"{key}: {value}" for key, value in wanted.plain().items() if key != "code" and value is not None]
     return wanted.code + (f" ({', '.join(extra)})" if extra else "")

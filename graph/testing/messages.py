@@ -13,7 +13,7 @@ from graph.files.source import Source
 from graph.files.text import described, quoted, shown, suggestion
 from graph.files.tree import Location, Map, offset, value_at
 
-from . import model
+from . import case_forms
 
 GRAPH_PATH = "/Graph"
 """The path of an inline graph of a test file."""
@@ -113,7 +113,7 @@ def _entry(setup: Map, key: str) -> tuple[int, Any, int]:
 def _problem(error: Error, case: str | None, rest: Location, root: Map) -> tuple[int, str]:
     location = error.location
     kind, value = error.kind, value_at(root, location)
-    if location == (model.KEY,):
+    if location == (case_forms.KEY,):
         return offset(root, location), _version(kind, value)
     if kind == "unknown":
         *parents, key = rest
@@ -143,20 +143,20 @@ def _problem(error: Error, case: str | None, rest: Location, root: Map) -> tuple
 
 def _version(kind: str, value: Any) -> str:
     if kind == "missing":
-        return f'there is no "{model.KEY}" key; a test file starts with "{model.KEY}: {model.VERSION}"'
-    return f"{model.KEY} must be {model.VERSION}, the version of the format, found {described(value)}"
+        return f'there is no "{case_forms.KEY}" key; a test file starts with "{case_forms.KEY}: {case_forms.VERSION}"'
+    return f"{case_forms.KEY} must be {case_forms.VERSION}, the version of the format, found {described(value)}"
 
 
 def _fields(case: str | None, parents: Sequence[str | int]) -> Mapping[str, Any]:
     """The fields of the model that describes the mapping at a location."""
-    kind: type[Form] = model.CaseFile if case is None else model.Case
+    kind: type[Form] = case_forms.CaseFile if case is None else case_forms.Case
     match [*parents]:
         case ["expect"]:
-            kind = model.Expect
+            kind = case_forms.Expect
         case ["expect", "error"]:
-            kind = model.ExpectedError
+            kind = case_forms.ExpectedError
         case ["expect", "warnings", _]:
-            kind = model.ExpectedWarning
+            kind = case_forms.ExpectedWarning
     return kind.fields
 
 

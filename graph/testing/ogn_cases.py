@@ -13,7 +13,7 @@ from graph.base.errors import Problem
 from graph.files.source import Source
 from graph.files.tree import Map, Seq
 
-from .model import KEY, VERSION
+from .case_forms import KEY, VERSION
 
 _GIVEN = {"inputs": "inputs", "state_set": "state"}
 _EXPECTED = {"outputs": "outputs", "state_get": "state"}

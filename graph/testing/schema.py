@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from . import model
+from . import case_forms
 
 JsonSchema = dict[str, Any]
 
@@ -15,7 +15,7 @@ def tests_schema(graph_file: Mapping[str, Any]) -> JsonSchema:
     schema: JsonSchema = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "TickGraph test file",
-        **model.CaseFile.schema(),
+        **case_forms.CaseFile.schema(),
     }
     definitions = schema["$defs"]
     definitions.update({name: one for name, one in graph_file["$defs"].items() if name not in ("Case", "Expect")})

@@ -9,7 +9,7 @@ import numpy as np
 from sensors.raycast.rays import NOTHING, Hits, RayBundle, Spots
 from sensors.raycast.world import CastWorld
 
-from .materials import Looks
+from .looks import Looks
 from .view import View
 
 MOST_LAYERS = 32

@@ -21,7 +21,7 @@ from sensors.raycast.world import CastWorld
 from .config import CameraConfig
 from .lens import ParallelLens
 from .lights import Light, Lighting
-from .materials import Looks
+from .looks import Looks
 from .paints import ByCorner, Paint, Textured
 from .rays import CameraRays
 from .smooth import Smooth

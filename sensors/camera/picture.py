@@ -16,7 +16,7 @@ from .image_files import ImageFiles
 from .light_images import LightImages
 from .lights import Lighting, light_prims, read_lighting
 from .line_exposure import LineExposure
-from .materials import Looks, read_looks
+from .looks import Looks, read_looks
 from .rays import CameraRays
 from .shading import radiance
 from .smooth import Smooth, smooth_surfaces, smoothen

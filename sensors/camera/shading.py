@@ -15,7 +15,7 @@ from sensors.raycast.rays import COMMON
 from sensors.raycast.shadows import Shadows
 
 from .lights import Lighting, irradiance
-from .materials import Looks
+from .looks import Looks
 from .view import View
 
 CHUNK = 1 << 16

@@ -16,7 +16,7 @@ from graph.sim.geometry.surfaces import Mesh
 from graph.sim.transforms import apply
 from sensors.raycast.world import CastWorld, soft_prim
 
-from .materials import by_surface
+from .looks import by_surface
 from .paints import ByCorner, Painter
 from .view import View
 

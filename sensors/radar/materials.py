@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sensors.surfaces.materials import decode
+from sensors.surfaces.material_codes import decode
 
 from .permittivity import MEDIA, Medium, reflection
 

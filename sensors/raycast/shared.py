@@ -13,7 +13,7 @@ from graph.sim.devices import HOST
 from graph.sim.geometry.deforming import Following
 from graph.sim.settings import ID_MAP_EXTENSION, RAY_THREADS
 from sensors.surfaces.ids import has_prim, pack_stable_id_map, stable_id, stable_id_map
-from sensors.surfaces.materials import PREFIX, PREFIX_SETTING, material_of
+from sensors.surfaces.material_codes import PREFIX, PREFIX_SETTING, material_of
 from sensors.surfaces.optics import Optics, optics_of
 from sensors.surfaces.semantics import Labels, numbered, surface_label
 

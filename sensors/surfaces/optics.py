@@ -8,7 +8,7 @@ import numpy as np
 
 from graph.base.records import dataclass
 
-from .materials import decode
+from .material_codes import decode
 
 DEFAULT_REFLECTANCE = 0.5
 """Reflectance of a surface without a non-visual material."""

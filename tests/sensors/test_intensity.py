@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from graph.sim.scene.nonvisual import BASES, COATINGS
-from sensors.surfaces.materials import encode
+from sensors.surfaces.material_codes import encode
 from sensors.surfaces.optics import REFLECTANCE, RETRO_GAIN, optics_of, reflectance_of
 from tests.support.lidar_worlds import add_box, add_lidar, bind, frames_of, rotary, stare, weightless
 

@@ -7,7 +7,7 @@ from graph.sim import App
 from graph.sim.scene.nonvisual import ATTRIBUTES, BASES, COATINGS
 from sensors import Lidar, bind_material
 from sensors.products import render_product
-from sensors.surfaces.materials import decode, encode, material_of
+from sensors.surfaces.material_codes import decode, encode, material_of
 
 
 def test_the_documented_example_is_2305():

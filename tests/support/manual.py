@@ -27,7 +27,7 @@ from graph.base.limits import LIMITS
 from graph.cli import completion
 from graph.cli.extreme_cases import outcomes
 from graph.cli.main import COMMANDS
-from graph.files.model import GraphFile
+from graph.files.file_forms import GraphFile
 from graph.files.prim_schema import PRIM
 from graph.portability.rules import RULES
 from graph.sim.fidelity import KNOBS

@@ -45,7 +45,7 @@ class NonVisualMaterial(Prim):
 
     @staticmethod
     def encode_material_ids(prims: Any) -> Result:
-        from sensors.surfaces.materials import material_of
+        from sensors.surfaces.material_codes import material_of
 
         listed = prims.prims if isinstance(prims, NonVisualMaterial) else prims_of(prims)
         return result([[material_of(usd_stage(), str(one.GetPath()))] for one in listed], np.uint32)

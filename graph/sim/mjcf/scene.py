@@ -12,10 +12,10 @@ import numpy as np
 from graph.base import exact
 from graph.base.errors import UserError
 from graph.sim import transforms
-from graph.sim.physics.model import Body, Joint, JointKind, Volume, WorldModel
 from graph.sim.physics.mujoco.library import mujoco
 from graph.sim.physics.mujoco.memory import forward, state_of
 from graph.sim.physics.solver import SolverOptions
+from graph.sim.physics.world_model import Body, Joint, JointKind, Volume, WorldModel
 from graph.sim.scene.stage import Warn, ignore_warning, register_schemas
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom

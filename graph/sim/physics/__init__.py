@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from graph.sim.fidelity import Fidelity
     from graph.sim.scene.scan import Scan
 
-    from .model import WorldModel
     from .protocol import EngineFactory, ModelScene, PhysicsEngine
+    from .world_model import WorldModel
 
 
 class Mujoco:

@@ -12,8 +12,8 @@ from graph.sim.scene.mechanisms import Mechanisms, Tie
 from graph.sim.transforms import Floats
 
 if TYPE_CHECKING:
-    from .model import Joint
     from .protocol import MotionTerms, PhysicsEngine, Rows
+    from .world_model import Joint
 
 Values = Sequence[float] | Floats
 

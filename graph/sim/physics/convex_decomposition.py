@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from graph.sim.transforms import Floats
 
-from .model import Volume
+from .world_model import Volume
 
 MOST_PIECES = 20_000
 """At most this many pieces are made: a model of more takes seconds to compile."""

@@ -19,7 +19,7 @@ from graph.sim.scene.physics_settings import AXES
 from graph.sim.scene.scan import Scan
 from graph.sim.transforms import Floats
 
-from .model import FREE, Drive, Joint
+from .world_model import FREE, Drive, Joint
 
 ORDER = (0, 1, 2, 5, 4, 3)
 

@@ -14,7 +14,7 @@ from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 
 from .d6_joints import moved, step
-from .model import Body, Joint, WorldModel
+from .world_model import Body, Joint, WorldModel
 
 SNAP = 1e-3
 """Joint frames farther apart than this [m or rad] give a warning, because the joint pulls its body into place."""

@@ -11,7 +11,7 @@ from graph.sim.transforms import Floats
 from .attributes import value_of
 from .authored_settings import StoredSettings
 from .d6_joints import Axis, single_joints
-from .model import Body, Joint
+from .world_model import Body, Joint
 
 SUFFIX = "#locked"
 """Suffix of a body's path that gives the path of the joint for its locks."""

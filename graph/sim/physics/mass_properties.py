@@ -13,7 +13,7 @@ from graph.sim import transforms
 from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 
-from .model import DEFAULT_DENSITY, Body, Collider, Volume
+from .world_model import DEFAULT_DENSITY, Body, Collider, Volume
 
 LEAST, MOST = 1e-15, 1e14
 """MuJoCo's least mass [kg] and moment of inertia [kg m2] of a moving body, and the most, above which bodies sink

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from graph.sim.fidelity import Fidelity
 
     from .articulation import Articulation
-    from .model import BodyForce, Joint, Volume, WorldModel
     from .solver import SolverOptions
+    from .world_model import BodyForce, Joint, Volume, WorldModel
 
 Rows = NDArray[np.intp]
 """(n,) row numbers."""

@@ -23,12 +23,12 @@ from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 
 from .attributes import applied_schemas, authored, kilograms_per_unit
+from .contact_materials import bound_material, read_material
 from .convex_decomposition import MOST_PIECES, enclosed
 from .filters import Filters
 from .hulls import convex_pieces, with_depth
-from .materials import bound_material, read_material
-from .model import Collider, Volume
 from .read_mass import read_mass
+from .world_model import Collider, Volume
 
 HULL_TOLERANCE = 1e-3
 """How far the hull of a stretched curved solid may lie inside it, as a fraction of its size."""

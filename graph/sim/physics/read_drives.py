@@ -10,7 +10,7 @@ from graph.sim.scene.stage import Warn
 from graph.sim.usd import EARLIEST, UsdPhysics
 
 from .attributes import kilograms_per_unit, value_of
-from .model import Drive
+from .world_model import Drive
 
 STIFFEST = 1e30
 """Gains and targets above this are unusable for an engine: infinite, or PhysX's value for it, 3.4e38."""

@@ -15,7 +15,7 @@ from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST
 
 from .attributes import applied_schemas, kilograms_per_unit, value_of
-from .model import Body, BodyForce, MovingSurface
+from .world_model import Body, BodyForce, MovingSurface
 
 if TYPE_CHECKING:
     from .protocol import PhysicsEngine

@@ -12,7 +12,7 @@ from graph.sim.scene.stage import Warn
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 
 from .attributes import kilograms_per_unit, quaternion_of
-from .model import FREE, Gripper, Suction
+from .world_model import FREE, Gripper, Suction
 
 REACH = 0.01
 """Default of isaac:maxGripDistance [stage units]."""

@@ -19,8 +19,8 @@ from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 
 from .attributes import applied_schemas, quaternion_of, value_of
 from .d6_joints import Axis, single_joints
-from .model import FREE, Joint, JointKind, Mimic
 from .read_drives import drive_of, efforts_of
+from .world_model import FREE, Joint, JointKind, Mimic
 
 _KINDS: tuple[tuple[Any, JointKind], ...] = (
     (UsdPhysics.FixedJoint, "fixed"),

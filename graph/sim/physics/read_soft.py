@@ -17,9 +17,9 @@ from graph.sim.transforms import Floats
 from graph.sim.usd import UsdGeom, UsdShade
 
 from .attributes import applied_schemas, kilograms_per_unit, value_of, vector
-from .materials import PLAIN, Material
-from .model import DEFAULT_DENSITY
+from .contact_materials import PLAIN, Material
 from .soft import Soft
+from .world_model import DEFAULT_DENSITY
 
 CLOTH = frozenset({"PhysxDeformableSurfaceAPI", "PhysxParticleClothAPI", "OmniPhysicsSurfaceDeformableSimAPI"})
 SOLID = frozenset({"PhysxDeformableBodyAPI", "OmniPhysicsVolumeDeformableSimAPI"})

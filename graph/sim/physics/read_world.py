@@ -21,12 +21,12 @@ from .attributes import kilograms_per_unit, value_of, vector
 from .authored_settings import StoredSettings, check_settings
 from .filters import Filters, read_filters
 from .locked_axes import read_locks
-from .model import Body, Collider, Gripper, Joint, WorldModel
 from .read_forces import read_forces, read_surfaces
 from .read_joints import read_joints, read_mimics
 from .read_mass import read_mass
 from .soft import Soft
 from .solver import authored_options
+from .world_model import Body, Collider, Gripper, Joint, WorldModel
 
 EARTH_GRAVITY = 9.81
 

@@ -16,10 +16,10 @@ from graph.sim.transforms import Floats
 
 from .authored_settings import check_settings
 from .locked_axes import SUFFIX
-from .model import Collider, WorldModel
 from .protocol import PhysicsEngine
 from .read_forces import start_surfaces
 from .read_world import Known, read_world
+from .world_model import Collider, WorldModel
 
 
 def rebuild(

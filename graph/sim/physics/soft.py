@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from graph.base.records import dataclass, field
 from graph.sim.transforms import Floats
 
-from .materials import PLAIN, Material
+from .contact_materials import PLAIN, Material
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from graph.sim import transforms
-from graph.sim.physics.model import BodyForce
+from graph.sim.physics.world_model import BodyForce
 from graph.sim.transforms import Floats
 
 from .library import mujoco

@@ -14,7 +14,7 @@ from graph.sim.transforms import Floats
 from .library import mujoco
 
 if TYPE_CHECKING:
-    from graph.sim.physics.model import Collider
+    from graph.sim.physics.world_model import Collider
 
     from .engine import MujocoEngine
 

@@ -14,13 +14,13 @@ from graph.base.errors import UserError
 from graph.base.records import dataclass, field
 from graph.sim import transforms
 from graph.sim.physics.authored_settings import StoredSettings
+from graph.sim.physics.contact_materials import Touch
 from graph.sim.physics.filters import bits
 from graph.sim.physics.joint_tree import Forest, grow_forest
 from graph.sim.physics.mass_properties import Inertia, body_inertia
-from graph.sim.physics.materials import Touch
-from graph.sim.physics.model import Body, Collider, Gripper, Joint, Volume, WorldModel
 from graph.sim.physics.soft import Soft
 from graph.sim.physics.solver import CHOICES, SWITCHES, SolverOptions, chosen
+from graph.sim.physics.world_model import Body, Collider, Gripper, Joint, Volume, WorldModel
 from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from graph.sim import transforms
 from graph.sim.physics.joint_tree import Branch, Forest
-from graph.sim.physics.model import Gripper, Joint, Suction, WorldModel
+from graph.sim.physics.world_model import Gripper, Joint, Suction, WorldModel
 from graph.sim.scene.stage import Warn
 
 from .library import mujoco

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graph.base.records import dataclass
-from graph.sim.physics.materials import Material, Touch, touch
-from graph.sim.physics.model import Collider
+from graph.sim.physics.contact_materials import Material, Touch, touch
+from graph.sim.physics.world_model import Collider
 from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graph.sim.physics.model import Joint
+from graph.sim.physics.world_model import Joint
 from graph.sim.transforms import Floats
 
 from .library import mujoco

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from graph.base.errors import RunError
 from graph.sim import transforms
 from graph.sim.physics import protocol
-from graph.sim.physics.model import BodyForce, WorldModel
 from graph.sim.physics.protocol import PhysicsEngine, Rows, Snapshot
+from graph.sim.physics.world_model import BodyForce, WorldModel
 from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 

@@ -13,7 +13,7 @@ from graph.sim.transforms import Floats
 from .library import mujoco
 
 if TYPE_CHECKING:
-    from graph.sim.physics.model import Joint
+    from graph.sim.physics.world_model import Joint
 
     from .engine import MujocoEngine
 

@@ -12,7 +12,7 @@ from graph.base.errors import UserError
 from graph.base.records import dataclass
 from graph.base.silence import silenced
 from graph.sim import transforms
-from graph.sim.physics.model import Collider, Volume
+from graph.sim.physics.world_model import Collider, Volume
 from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from graph.sim import transforms
-from graph.sim.physics.model import Gripper, Suction
+from graph.sim.physics.world_model import Gripper, Suction
 from graph.sim.transforms import Floats
 
 from .constraints import weld_name

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from graph.sim.physics.model import Joint
+from graph.sim.physics.world_model import Joint
 from graph.sim.transforms import Floats
 
 from .memory import forward

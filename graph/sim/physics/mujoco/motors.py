@@ -14,7 +14,7 @@ from .library import mujoco
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from graph.sim.physics.model import Joint
+    from graph.sim.physics.world_model import Joint
 
     from .engine import MujocoEngine
 

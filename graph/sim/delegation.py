@@ -1,4 +1,4 @@
-"""Methods that an object forwards to one of its parts."""
+"""Methods that an object passes on to one of its parts."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 
-def forward(part: str, method: Callable[Concatenate[Any, P], R]) -> Callable[Concatenate[Any, P], R]:
+def delegate(part: str, method: Callable[Concatenate[Any, P], R]) -> Callable[Concatenate[Any, P], R]:
     """A method that calls `method` of the attribute `part`, with the signature and docstring of `method`."""
     name = method.__name__
 

@@ -48,7 +48,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from graph.base.forms import Before, Field, Form, Wrap
-from graph.files.model import Clock, Graph, Knob, Scene, Setting, SettingPath, Variable
+from graph.files.file_forms import Clock, Graph, Knob, Scene, Setting, SettingPath, Variable
 
 from .fields import (
     MOST_UPDATES,

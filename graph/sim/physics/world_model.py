@@ -16,7 +16,7 @@ from graph.sim.geometry.tessellation import Triangles
 from graph.sim.scene.mechanisms import Mechanisms
 from graph.sim.transforms import Floats
 
-from .materials import PLAIN, Material
+from .contact_materials import PLAIN, Material
 from .soft import Soft
 from .solver import UNCHOSEN, SolverOptions
 
