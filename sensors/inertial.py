@@ -124,7 +124,7 @@ def body_of(app: App, path: str) -> str | None:
 
 
 def gravity_of(app: App) -> Floats:
-    """(3,) m/s2, world axes."""
+    """Gravity, (3,) [m/s2], world axes."""
     if app.physics is not None:
         return app.physics.gravity
     from graph.sim.physics.read_world import read_gravity

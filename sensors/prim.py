@@ -198,7 +198,7 @@ def unknown_attributes(prim: Usd.Prim, prefix: str, families: Mapping[str, str])
 
 
 def reading_problems(prim: Usd.Prim, *reads: Callable[[Usd.Prim], object]) -> Iterator[str]:
-    """A line for each of these functions that cannot read the prim: what it raises as UserError."""
+    """Calls each function with the prim; the messages of those that raise UserError, one line each."""
     for read in reads:
         try:
             read(prim)

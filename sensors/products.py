@@ -42,7 +42,10 @@ def render_product(
 
 
 def image_size(resolution: Sequence[Any], words: str) -> tuple[int, int]:
-    """Two whole numbers, above 0 or not. words: what they are. Raises SensorValueError for anything else."""
+    """A size (width, height) as two ints, of any sign; words: its name in the error message.
+
+    Raises SensorValueError for anything else.
+    """
     try:
         numbers = [int(side) for side in resolution]
         if len(numbers) == 2 and numbers == [*resolution]:

@@ -58,7 +58,7 @@ class RaySensor:
 
     @classmethod
     def of(cls, prim: Any) -> RaySensor:
-        """Raises RunError if the ray attributes of the prim do not fit together."""
+        """The sensor that a prim describes. Raises RunError if its ray attributes do not fit together."""
         path = str(prim.GetPath())
 
         def vectors(name: str) -> Floats:

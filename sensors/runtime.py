@@ -98,7 +98,7 @@ class SensorRuntime(ABC, Generic[Config]):
 
     @property
     def reach(self) -> float:
-        """Beyond this distance from it [m] nothing counts."""
+        """The range [m]: surfaces farther from the sensor have no effect on its frames."""
         return math.inf
 
     def configure(self) -> None:
@@ -345,9 +345,9 @@ class SensorRuntime(ABC, Generic[Config]):
 
 
 class Model(Generic[Sensor]):
-    """Base of what measures for a sensor in one configuration; a sensor that changes makes a new one.
+    """Base of models. A model measures for a sensor in one configuration; a changed sensor makes a new model.
 
-    The sensor keeps it, so it refers to the sensor weakly, and through it to the App.
+    The sensor owns its model, so the model refers to the sensor weakly, and through it to the App.
     """
 
     def __init__(self, sensor: Sensor) -> None:

@@ -42,7 +42,7 @@ def check_names(
 class RenderedSensor(Suggesting):
     """A sensor prim with a render product, and annotators and writers by their short names.
 
-    The product exists from now on; if it was made while playing, until the stop. Raises SensorValueError (a UserError
+    Making it makes the product; a product made while playing ends at the stop. Raises SensorValueError (a UserError
     and a ValueError) for unknown names and prims.
     """
 
@@ -144,8 +144,8 @@ class PointSensor(RenderedSensor, Generic[Authored, Runtime]):
     """A rendered sensor that measures points or signals, over the object that authors its prim.
 
     path: such an object, or a path, which makes one on that prim, whose attributes stay as they are. The render product
-    is 300 x 300, named rtx_sensor_<hash>. It exists from now on; if it was made while playing, until the stop. writers:
-    names from the writer table. Raises SensorValueError (a UserError and a ValueError) for unknown names and prims.
+    is 300 x 300, named rtx_sensor_<hash>; one made while playing ends at the stop. writers: names from the writer
+    table. Raises SensorValueError (a UserError and a ValueError) for unknown names and prims.
     """
 
     authored_by: ClassVar[type[Any]]

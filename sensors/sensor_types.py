@@ -135,7 +135,7 @@ def sensor_type(prim_type: str) -> SensorType | None:
 
 
 def measures_of(prim_type: str) -> frozenset[str]:
-    """The channels that sensors of a prim type measure; none of prims that are not sensors."""
+    """The channels that sensors of a prim type measure; empty for prims that are not sensors."""
     kind = sensor_type(prim_type)
     return kind.measures if kind else frozenset()
 
@@ -183,5 +183,7 @@ def _load_packages() -> None:
             reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
             _LOG.warning(
                 "warning sensor-package: %s (%s): %s; the package is left out, repair or uninstall it",
-                *(entry.name, entry.value, reason),
+                entry.name,
+                entry.value,
+                reason,
             )

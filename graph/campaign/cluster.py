@@ -246,7 +246,7 @@ class Cluster:
                 future.cancel()
 
     def wait(self, seconds: float) -> list[Ended]:
-        """The runs that ended, waiting so long for the first of them."""
+        """The runs that have ended since the last call; waits for the first at most `seconds`."""
         from distributed import wait
 
         if not self._futures:

@@ -40,7 +40,7 @@ LONGEST_WHY = 300
 
 
 class Executor(Protocol):
-    """What runs orders: processes of this machine, or a cluster."""
+    """Runs orders: in processes of this machine, or on a cluster."""
 
     def start(self, order: Order) -> None:
         """Starts a run, or queues it."""
@@ -52,7 +52,7 @@ class Executor(Protocol):
         """Ends a run."""
 
     def wait(self, seconds: float) -> list[Ended]:
-        """The runs that ended, waiting so long for the first of them."""
+        """The runs that have ended since the last call; waits for the first at most `seconds`."""
 
 
 @dataclass(slots=True)
@@ -72,7 +72,7 @@ class Limits:
 
 @dataclass(slots=True)
 class State:
-    """How far a campaign is."""
+    """The progress of a campaign."""
 
     total: int
     done: int = 0

@@ -59,7 +59,7 @@ Expression = Annotated[str, Check(_metric, {"type": ["string", "number"]})]
 
 
 class CampaignFile(Form):
-    """A campaign: graph files, what its runs differ in, and what is measured."""
+    """A campaign: graph files, the values that its runs vary, and the metrics."""
 
     campaign: Literal[1] = Field(description="Version of the file format.")
     files: list[str] = Field(description="Graph files, relative to the campaign file and below its folder.")

@@ -94,7 +94,7 @@ class Launcher:
         self._order({"kill": number})
 
     def wait(self, seconds: float) -> list[Ended]:
-        """The runs that ended, waiting so long for the first of them."""
+        """The runs that have ended since the last call; waits for the first at most `seconds`."""
         server = self._server
         if server is None or server.stdout is None:
             time.sleep(seconds)

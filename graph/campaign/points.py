@@ -1,4 +1,4 @@
-"""The points of a campaign: what each run has that others do not, and the command line that it is."""
+"""The points of a campaign: the values that differ between runs, and the command line of each run."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def points_of(
 
 
 def arguments_of(point: Point, common: Sequence[str]) -> list[str]:
-    """The command line of `graph` that runs a point: it does alone what it does in the campaign."""
+    """The command line of `graph` that runs one point by itself, with the same result as in the campaign."""
     found = ["run", point[FILE], *common]
     for key, value in point.items():
         if key == FILE:

@@ -19,7 +19,7 @@ VERSION = 1
 
 @dataclass(frozen=True, slots=True)
 class Campaign:
-    """points: of each run, its values by key. common: options of `graph run` that all runs have.
+    """A campaign. points: the values of each run, by key. common: options of `graph run` that all runs have.
 
     varied: the keys that differ, in order. metrics: expressions by name. hashes: SHA-256 by file that the runs read.
     """

@@ -48,7 +48,7 @@ def rows_of(campaign: Campaign, folder: Folder) -> list[Row]:
 
 
 def taken(metrics: Iterable[str], keys: Iterable[str]) -> list[str]:
-    """The names of metrics that other columns of a table have, whose points set these keys."""
+    """The names that no metric may have: other columns have them, in a table whose points set these keys."""
     return sorted({*FIRST, FILE, *keys}.intersection(metrics))
 
 

@@ -17,6 +17,7 @@ from graph.base.outputs import make_folder
 from .arguments import add_allow, add_nodes, add_overrides, add_play, add_skip_outside, check_folder
 from .interrupts import between_updates
 from .printing import counted, say, say_json, tell
+from .progress import counting
 from .run import EXIT_INTERRUPTED
 from .sweep_asked import new_campaign
 
@@ -285,24 +286,12 @@ def _progress(args: argparse.Namespace, campaign: Campaign) -> Iterator[Callable
 
         yield line
         return
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-
-    columns = (TextColumn("runs"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("runs", total=len(campaign.points))
+    with counting("runs", len(campaign.points)) as runs:
 
         def show(state: State) -> None:
             if text := failed(state):
-                bar.console.print(text, markup=False, highlight=False)
-            bar.update(task, completed=state.done, total=state.total)
+                runs.console.print(text, markup=False, highlight=False)
+            runs.update(runs.task_ids[0], completed=state.done, total=state.total)
 
         yield show
 

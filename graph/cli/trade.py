@@ -29,6 +29,7 @@ from .arguments import (
 )
 from .interrupts import between_updates
 from .printing import print_table, say, say_json, tell
+from .progress import counting
 from .run import EXIT_INTERRUPTED
 
 if TYPE_CHECKING:
@@ -267,20 +268,8 @@ def _progress(show: bool) -> Iterator[Callable[[int, int], None]]:
     if not show:
         yield lambda done, total: None
         return
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-
-    columns = (TextColumn("runs"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("runs", total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
+    with counting("runs") as runs:
+        yield lambda done, total: runs.update(runs.task_ids[0], completed=done, total=total)
 
 
 # -- the answer --------------------------------------------------------------------------------------------------------

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import sys
 import time
-from typing import TYPE_CHECKING
 
 from .printing import counted, say, tell
-
-if TYPE_CHECKING:
-    from rich.progress import Progress
+from .progress import counting
 
 
 def run() -> int:
@@ -23,7 +20,7 @@ def run() -> int:
         return 1
     start = time.monotonic()
     number = 0
-    with _bar() as bar:
+    with counting("compiling", shown=sys.stderr.isatty()) as bar:
         for done, number in warm():
             if number and not done and not sys.stderr.isatty():
                 tell(f"compiling {counted(number, 'loops')} of the sensors, once on this machine")
@@ -33,14 +30,3 @@ def run() -> int:
     else:
         say(f"compiled {counted(number, 'loops')} in {time.monotonic() - start:.0f} s into {user_folder()}")
     return 0
-
-
-def _bar() -> Progress:
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (TextColumn("compiling"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    console = Console(stderr=True)
-    bar = Progress(*columns, console=console, transient=True, disable=not sys.stderr.isatty())
-    bar.add_task("compiling", total=None)
-    return bar

@@ -1,4 +1,4 @@
-"""What a node type is, as data: attributes, the compute function and other hooks, facts that the engine uses."""
+"""A node type as data: attributes, the compute function and other hooks, facts that the engine uses."""
 
 from __future__ import annotations
 

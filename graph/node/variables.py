@@ -41,7 +41,7 @@ class Variables(Mapping[str, Any]):
         return len(self._values)
 
     def watch(self, told: Callable[[str], None]) -> Callable[[], None]:
-        """Calls `told(name)` after every write; returns a function that stops this."""
+        """Calls `told(name)` after every write. Returns a function that ends the calls."""
         self._watchers.append(told)
         return lambda: self._watchers.remove(told)
 

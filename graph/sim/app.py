@@ -184,8 +184,17 @@ class App(Suggesting):
         return SensorScheduler(clock, None, lambda: run_loop.time)
 
     def _new_simulation(self, clock: PhysicsClock, *, follows_stage_rate: bool) -> Simulation:
-        parts = self.rendering, self.timeline, self.bus, self.settings, self.phases, self.wall_clock.now
-        return Simulation(self.world, clock, *parts, follows_stage_rate=follows_stage_rate)
+        return Simulation(
+            self.world,
+            clock,
+            scheduler=self.rendering,
+            timeline=self.timeline,
+            bus=self.bus,
+            settings=self.settings,
+            phases=self.phases,
+            now=self.wall_clock.now,
+            follows_stage_rate=follows_stage_rate,
+        )
 
     def _complete(self) -> None:
         """Called when all parts are made."""
@@ -293,7 +302,7 @@ class App(Suggesting):
         reset(self.world, self.driver, scope)
 
     def take_stage(self, stage: Any = None) -> None:
-        """Puts another stage (a path, a `Usd.Stage`, None: an empty one) in the place of the present one.
+        """Replaces the stage by another (a path, a `Usd.Stage`, None: an empty one).
 
         The timeline stops first; render products, graphs and bodies end with their stage. Timeline, settings, message
         bus, callbacks and the count of updates go on. The physics rate is the one that the stage authors, else 60 Hz.
@@ -411,8 +420,8 @@ class App(Suggesting):
     def tell_closing(self) -> None:
         """Calls the "closing" subscribers, once, while world and sinks are still unchanged.
 
-        `close` does so first; code that reads results before (a report, a recording) calls it earlier. What an update
-        that failed has gathered for its end (TF) is published before.
+        `close` does so first; code that reads results before (a report, a recording) calls it earlier. Transforms (TF)
+        that a failed update had gathered for its end are published before.
         """
         if not self._told_closing:
             self._told_closing = True

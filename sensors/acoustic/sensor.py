@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from sensors.sensor import PointSensor
 
 from .authoring import Acoustic
-
-if TYPE_CHECKING:
-    pass
+from .runtime import AcousticRuntime
 
 
-class AcousticSensor(PointSensor[Acoustic, "AcousticRuntime"]):
+class AcousticSensor(PointSensor[Acoustic, AcousticRuntime]):
     """Renders an acoustic sensor: `AcousticSensor(acoustic_or_path, annotators=["generic-model-output"])`."""
 
     authored_by = Acoustic

@@ -110,7 +110,12 @@ class Beam:
         origin = pose[:3, 3]
         parts: tuple[np.ndarray, ...] = self._directions, self._across, self._up, self._solid
         bundle = RayBundle(
-            *(origin, self._table, None, scene.exclude, reach), columns=self._directions, memory=self._memory
+            origin=origin,
+            table=self._table,
+            exclude=scene.exclude,
+            reach=reach,
+            columns=self._directions,
+            memory=self._memory,
         )
         hits = scene.world.cast(bundle, scene.poses, normals=True)
         assert hits.normals is not None

@@ -179,8 +179,8 @@ class Imager(Model["CameraRuntime"]):
         world = cast_world(app)
         if self._drawn is None or self._drawn.world is not world:
             self._put_away()
-            seen = world, looks_of(app, world), smooth_surfaces(app, world)
-            self._drawn = DrawnCamera(self._config, *seen, app.fidelity.camera_samples, pose)
+            looks, smooth, samples = looks_of(app, world), smooth_surfaces(app, world), app.fidelity.camera_samples
+            self._drawn = DrawnCamera(self._config, world, looks, smooth, samples, pose)
         drawn = self._drawn
         view = drawn.look(pose, tick.poses, self._exclude)
         images, light = self._images(view, tick, wanted), None
@@ -232,8 +232,8 @@ class Imager(Model["CameraRuntime"]):
             self._rays = CameraRays(self._config.lens)
             if self._rays.dark is not None and len(self._rays.dark) == len(self._rays):
                 self._app.warn("lens-without-rays", self._path, "its lens gives no pixel a direction: it sees nothing")
-        seen = world, self._rays, self._config, pose, tick.poses, self._exclude
-        return look(*seen, normals=normals, spots=spots, lines=lines)
+        rays, config, hidden = self._rays, self._config, self._exclude
+        return look(world, rays, config, pose, tick.poses, hidden, normals=normals, spots=spots, lines=lines)
 
     def _images(self, view: View, tick: Tick, wanted: frozenset[str]) -> Images:
         """Channels in demand, each with a row for every pixel."""

@@ -236,7 +236,11 @@ class Returns:
         assert self._measure is not None
         aim, index = self._aim, self._index[rows]
         measured = self._measure(
-            *(self._surfaces()[rows], lambda: levers()[:, rows], aim.pose[:3, 3], poses, lambda: aim.twists(index))
+            surfaces=self._surfaces()[rows],
+            levers=lambda: levers()[:, rows],
+            origin=aim.pose[:3, 3],
+            poses=poses,
+            own=lambda: aim.twists(index),
         )
         if measured is not None:
             moving, world = measured

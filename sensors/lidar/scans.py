@@ -81,7 +81,7 @@ class Scans(Model["LidarRuntime"]):
             del self._unfinished[turn]
 
     def measure(self, tick: Tick) -> Measurement:
-        """The scan of a tick, or a part of one; empty, and nothing is cast, if nothing is requested."""
+        """The scan of a tick, or the part fired since the last one. Without requested channels: empty, and no cast."""
         found = None if self._unread else self._cast(tick)
         if found is not None:
             return found

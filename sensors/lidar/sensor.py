@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from sensors.sensor import PointSensor
 
 from .authoring import Lidar
-
-if TYPE_CHECKING:
-    pass
+from .runtime import LidarRuntime
 
 
-class LidarSensor(PointSensor[Lidar, "LidarRuntime"]):
+class LidarSensor(PointSensor[Lidar, LidarRuntime]):
     """Renders a lidar: `LidarSensor(lidar_or_path, annotators=["generic-model-output"])`."""
 
     authored_by = Lidar

@@ -70,6 +70,6 @@ class LightBeamRuntime(SensorRuntime[LightBeamConfig]):
         config = self.config
         if not config.enabled:
             return None
-        beams = self.origins, self.directions
-        depths = fire(self._app, self.pose(tick.poses), *beams, config.ranges, tick.poses, self.exclude)
-        return Measurement(told(self.channels(), depths, *beams, config.ranges), config.count)
+        pose, origins, directions, ranges = self.pose(tick.poses), self.origins, self.directions, config.ranges
+        depths = fire(self._app, pose, origins, directions, ranges, tick.poses, self.exclude)
+        return Measurement(told(self.channels(), depths, origins, directions, ranges), config.count)

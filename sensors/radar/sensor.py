@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from sensors.sensor import PointSensor
 
 from .authoring import Radar
-
-if TYPE_CHECKING:
-    pass
+from .runtime import RadarRuntime
 
 
-class RadarSensor(PointSensor[Radar, "RadarRuntime"]):
+class RadarSensor(PointSensor[Radar, RadarRuntime]):
     """Renders a radar: `RadarSensor(radar_or_path, annotators=["generic-model-output"])`."""
 
     authored_by = Radar

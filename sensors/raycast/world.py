@@ -116,8 +116,9 @@ class CastWorld:
         solids = [surface for surface in self.surfaces if self.is_solid(surface)]
         if not solids:
             return self
-        moved = self._points, self._velocities
-        world = CastWorld(self.surfaces, self._poses, self._threads, self.soft, *moved, formulas=False)
+        world = CastWorld(
+            self.surfaces, self._poses, self._threads, self.soft, self._points, self._velocities, formulas=False
+        )
         if all(solid.body is not None for solid in solids):
             world.standing = self.standing
         return world
@@ -127,8 +128,9 @@ class CastWorld:
         anchor = anchor_of(rays.origin)
         scene = self.standing.scene(anchor, rays.exclude, rays.origin, rays.reach)
         threads = self.threads
-        numbers = scene.surface_of, scene.starts, scene.triangles
-        nearest = Nearest(len(rays.table), *numbers, normals=normals, spots=spots)
+        nearest = Nearest(
+            len(rays.table), scene.surface_of, scene.starts, scene.triangles, normals=normals, spots=spots
+        )
         if scene.static:
             start = (rays.origin - anchor).astype(np.float32)
             nearest.add_static(*scene.cast(scene.static, rays, start, threads, uv=spots))

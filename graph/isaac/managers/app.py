@@ -31,8 +31,17 @@ class App(app.App):
         return Rendering(clock, self.run_loop, self.timeline, self.settings, self.stage, self.warn)
 
     def _new_simulation(self, clock: PhysicsClock, *, follows_stage_rate: bool) -> ManagedSimulation:
-        parts = self.rendering, self.timeline, self.bus, self.settings, self.phases, self.wall_clock.now
-        return ManagedSimulation(self.world, clock, *parts, follows_stage_rate=follows_stage_rate)
+        return ManagedSimulation(
+            self.world,
+            clock,
+            scheduler=self.rendering,
+            timeline=self.timeline,
+            bus=self.bus,
+            settings=self.settings,
+            phases=self.phases,
+            now=self.wall_clock.now,
+            follows_stage_rate=follows_stage_rate,
+        )
 
     def _complete(self) -> None:
         self.rendering.updates = self.driver
