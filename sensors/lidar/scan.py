@@ -13,10 +13,10 @@ from sensors.output_frame import custom_frame
 from sensors.raycast.rays import Hits, RayBundle, RayCaster, RayMemory
 from sensors.raycast.windows import FULL_SPANS, RayGrid
 from sensors.raycast.world import anchor_of
-from sensors.surfaces.optics import Optics, optics_of
+from sensors.surfaces.optics import Optics
 
 from .aim import Aim, aim_rays, moving_aim, turned_back
-from .config import EmitterState, LidarConfig
+from .config import LidarConfig
 from .echoes import MISS, Candidates, SubRays, form_echoes, separation
 from .noise import Noise
 from .output import Output
@@ -56,45 +56,37 @@ class _Part:
 class Scanner:
     """Measures with one pattern. Its arrays are allocated once; the caller owns the results.
 
-    frame: SENSOR gives points, angles, normals and velocities in the sensor frame of each shot, WORLD in world axes
-    about the world's origin, CUSTOM in the frame that `config` describes. Firings without a return between the near and
-    far gates are left out, unless `keep_invalid`: then they stay with distance 0, scalar 0 and without the VALID flag.
-    Ranges and angles are exact without `noise`; the gates apply to reported ranges. Returns that `receiver` cannot
-    detect are dropped; without a receiver there is no threshold, and no intensity. optics: optical properties of the
-    surfaces. Each beam is `subrays` rays; with several of them, or with transparent surfaces, it may have several
-    returns, by the echo settings of `config`.
+    The frame of reference of `config`: SENSOR gives points, angles, normals and velocities in the sensor frame of each
+    shot, WORLD in world axes about the world's origin, CUSTOM in the frame that `config` describes. Firings without a
+    return between the near and far gates are left out, unless its skipDroppingInvalidPoints is set: then they stay with
+    distance 0, scalar 0 and without the VALID flag. Ranges and angles are exact without `noise`; the gates apply to
+    reported ranges. optics: gives the optical properties of the surfaces, by which returns that are too weak are
+    dropped; without them there is no threshold and no intensity. With them each beam is `subrays` rays. A beam of
+    several rays, or one that meets transparent surfaces, may have several returns, by the echo settings of `config`.
     """
 
     def __init__(
         self,
         pattern: Pattern,
         caster: Callable[[], RayCaster],
+        config: LidarConfig,
         *,
-        frame: str = "SENSOR",
         exclude: frozenset[str] = frozenset(),
-        keep_invalid: bool = False,
         velocities: Velocities | None = None,
         tables: Mapping[str, SurfaceTable] | None = None,
-        receiver: Receiver | None = None,
         noise: Noise | None = None,
-        optics: Callable[[], Optics] = lambda: optics_of(np.zeros(0)),
-        config: LidarConfig | None = None,
+        optics: Callable[[], Optics] | None = None,
         subrays: int = 1,
     ) -> None:
         self.pattern = pattern
         self._caster = caster
-        self._in_world = frame == "WORLD"
-        self._custom = (
-            custom_frame(config.output_frame_of_reference, config.custom_frame_of_reference_trafo)
-            if config is not None
-            else None
-        )
+        self._config = config
+        self._in_world = config.output_frame_of_reference == "WORLD"
+        self._custom = custom_frame(config.output_frame_of_reference, config.custom_frame_of_reference_trafo)
         self._exclude = exclude
-        self._keep_invalid = keep_invalid
         self._velocities, self._tables = velocities, dict(tables or {})
-        self._receiver, self._optics, self._noise = receiver, optics, noise
-        self._config = config or LidarConfig(emitter_states=(EmitterState(np.zeros(1), np.zeros(1)),))
-        self._sub = SubRays(self._config, 1 if receiver is None else subrays)
+        self._receiver, self._optics, self._noise = Receiver(config), optics, noise
+        self._sub = SubRays(config, 1 if optics is None else subrays)
         count = len(pattern)
         self._columns = pattern.columns
         self._table = np.empty((count, 6), np.float32)
@@ -110,9 +102,9 @@ class Scanner:
         surfaces, as it is several rays or passes glass, are they then grouped into echoes.
         """
         receiver, sub = self._receiver, self._sub
-        optics = None if receiver is None else self._optics()
+        optics = None if self._optics is None else self._optics()
         several = optics is not None and (len(sub) > 1 or optics.has_glass)
-        least = 0.0 if receiver is None or several else receiver.least
+        least = 0.0 if several else receiver.least
         if not (several or least > 0 or "scalar" in channels):
             optics = None
         normals = optics is not None or "hitNormals" in channels
@@ -125,7 +117,7 @@ class Scanner:
         if len(sub) > 1:
             aim = self._aim(shot, columns, origins, exact)
         seen = self._echoes(met, shot) if several else met[0]
-        if self._keep_invalid:
+        if self._config.skip_dropping_invalid_points:
             seen.add_dark_beams(shot.rows.stop - shot.rows.start)
         return Returns(
             pattern=self.pattern,
@@ -176,7 +168,6 @@ class Scanner:
 
     def _echoes(self, met: list[Met], shot: Shot) -> Met:
         """The surfaces that beams meet, grouped into echoes; behind them a miss, for beams without any."""
-        assert self._receiver is not None
         echoes = form_echoes(
             Candidates.joined([one.candidates() for one in met]),
             separation=separation(self._config),

@@ -28,7 +28,6 @@ from sensors.runtime import Measurement, Model
 from .bins import Bins
 from .noise import Noise
 from .pattern import Pattern
-from .receiver import Receiver
 from .returns import Shot, SurfaceTable
 from .scan import Scanner
 
@@ -142,14 +141,11 @@ class Scans(Model["LidarRuntime"]):
         return Scanner(
             pattern,
             lambda: cast_world(present_app(weak)),
-            frame=config.output_frame_of_reference,
+            config,
             exclude=self._exclude,
-            keep_invalid=config.skip_dropping_invalid_points,
             velocities=surface_velocities(app, self._path, config.output_frame_of_reference == "WORLD"),
-            receiver=Receiver(config),
             noise=Noise(config, pattern, app.seed, self._path) if app.fidelity.lidar_noise else None,
             optics=lambda: surface_optics(present_app(weak)),
-            config=config,
             subrays=app.fidelity.lidar_subrays,
             tables=self._tables(),
         )

@@ -324,7 +324,7 @@ def test_a_lidar_whose_mount_trembles_is_cast_at_what_stands_still_twice_and_no_
     monkeypatch.setattr(TriangleScene, "cast", lambda *args, **options: casts.append(1) or cast(*args, **options))
     corners = np.array([[5.0, -9.0, -9.0], [5.0, 9.0, -9.0], [5.0, 0.0, 9.0]])
     world = CastWorld([Mesh("/World/Wall", None, corners, np.array([[0, 1, 2]], np.uint32))])
-    scanner, ranges = Scanner(firing_pattern(stare(TIMES)), lambda: world), []
+    scanner, ranges = Scanner(firing_pattern(stare(TIMES)), lambda: world, stare(TIMES)), []
     for angle in 0.3 + 1e-12 * np.arange(5.0):
         pose = np.eye(4)
         pose[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
