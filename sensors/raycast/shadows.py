@@ -77,7 +77,8 @@ class Shadows:
         lengths = np.sqrt(np.square(rays[:, 3:]).sum(axis=1))
         rays[:, 3:] /= lengths[:, None]
         bundle = RayBundle(origin, rays, np.ascontiguousarray(rays[:, :3]), self._exclude)
-        return self._world.cast(bundle, state).distance < reach * lengths
+        found: np.ndarray = self._world.cast(bundle, state).distance < reach * lengths
+        return found
 
     def _moving_scene(self, origin: np.ndarray, poses: np.ndarray | None, state: Any) -> TriangleScene:
         placed = [self._world.vertices(number, poses, state) - origin for number in self._numbers]
