@@ -8,12 +8,13 @@ from contextlib import contextmanager
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec, PathFinder
 from types import ModuleType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import asyncio
 
 _LOOPS: list[asyncio.AbstractEventLoop] = []
+_FAILED: list[BaseException] = []
 
 
 def script_loop() -> asyncio.AbstractEventLoop:
@@ -22,6 +23,7 @@ def script_loop() -> asyncio.AbstractEventLoop:
 
     if (found := made_loop()) is None:
         found = asyncio.new_event_loop()
+        found.set_exception_handler(_note_failure)
         _LOOPS[:] = [found]
     return found
 
@@ -31,10 +33,23 @@ def made_loop() -> asyncio.AbstractEventLoop | None:
     return _LOOPS[0] if _LOOPS and not _LOOPS[0].is_closed() else None
 
 
+def failure() -> BaseException | None:
+    """The first error of a task that nothing waited for."""
+    return _FAILED[0] if _FAILED else None
+
+
+def _note_failure(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+    if (error := context.get("exception")) is not None:
+        _FAILED.append(error)
+    else:
+        loop.default_exception_handler(context)
+
+
 @contextmanager
 def current_loop() -> Iterator[None]:
     """Makes the script's loop the current one, now or when asyncio is imported; ends it with all of its tasks."""
     hook = _OnImport()
+    _FAILED.clear()
     if "asyncio" in sys.modules:
         _take_place()
     else:
@@ -60,6 +75,7 @@ def _end() -> None:
     loop = script_loop()
     for task in asyncio.all_tasks(loop):
         task.cancel()
+    loop.set_exception_handler(None)
     if not loop.is_running():
         loop.close()
     asyncio.set_event_loop(None)

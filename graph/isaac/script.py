@@ -20,7 +20,7 @@ from graph.base.inputs import start_of
 
 from .finder import importable
 from .kit import kit_of
-from .loops import current_loop, script_loop
+from .loops import current_loop, failure, script_loop
 from .session import RUN, Run, ScriptEnd
 
 MAX_BYTES = 10_000_000
@@ -118,6 +118,8 @@ class Script:
             if isinstance(error, (MemoryError, GeneratorExit)):
                 raise
             raise ScriptError(self.place(error), error) from error
+        if (failed := failure()) is not None:
+            raise ScriptError(self.place(failed), failed) from failed
         run.close()
         return run.code if code == 0 and run.code else code
 
@@ -134,13 +136,14 @@ class Script:
             return
         kit = kit_of(run.app)
         kit.turn()
-        playing = run.app.timeline.is_playing
+        playing, tasks = run.app.timeline.is_playing, kit.tasks()
         for done in count():
             goes_on = run.from_editor and run.updates is not None and playing()
             if run.over() or not (goes_on or (done < AFTER and kit.tasks())):
                 break
             kit.update()
-        for task in kit.tasks():
+            tasks |= kit.tasks()
+        for task in tasks:
             if task.done() and not task.cancelled() and (error := task.exception()) is not None:
                 raise error
 

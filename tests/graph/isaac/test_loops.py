@@ -49,3 +49,27 @@ async def task():
 asyncio.ensure_future(task())
 """
     assert printed(tmp_path, script) == ["ran"]
+
+
+def test_a_task_that_fails_with_nobody_waiting_ends_the_script_with_its_line(tmp_path):
+    """One that the script waited for itself is its own affair."""
+    file = tmp_path / "script.py"
+    file.write_text("""
+import asyncio
+import omni.kit.app
+async def fails(word):
+    await omni.kit.app.get_app().next_update_async()
+    raise ValueError(word)
+async def catches():
+    try:
+        await fails("caught")
+    except ValueError as error:
+        print(error)
+asyncio.ensure_future(catches())
+asyncio.ensure_future(fails("lost"))
+""")
+    command = [sys.executable, "-m", "graph", "exec", str(file)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+    assert (done.returncode, done.stdout) == (1, "caught\n")
+    assert f"graph: {file}:6: ValueError: lost" in done.stderr.splitlines()
+    assert "Traceback" not in done.stderr
