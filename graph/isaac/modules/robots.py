@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from graph.isaac.results import rows
+from graph.isaac.results import numbers, rows
 
 from . import articulation
 from .old_prims import Robot
@@ -188,11 +188,11 @@ class ExperimentalWheeledRobot(articulation.Articulation):
             refer(app().stage.DefinePrim(path, "Xform"), usd_path)
         super().__init__(paths, **pose)
         self._wheel_names = wheel_dof_names
-        self._wheels = None if wheel_dof_indices is None else [int(one) for one in wheel_dof_indices]
+        self._wheels = None if wheel_dof_indices is None else numbers(wheel_dof_indices, 0)
 
     def _resolve_wheel_dof_indices(self) -> list[int]:
         if self._wheels is None:
-            self._wheels = [int(one) for one in self.get_dof_indices(list(self._wheel_names)).reshape(-1)]
+            self._wheels = numbers(self.get_dof_indices(list(self._wheel_names)), 0)
         return self._wheels
 
     def apply_wheel_actions(self, velocities: Any) -> None:

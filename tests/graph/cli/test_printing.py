@@ -16,7 +16,7 @@ TITLE = "\x1b]0;owned\x07"
 
 ALLOWED = {
     "printing.py": ("print", "console.print"),
-    "sweep.py": ("bar.console.print",),
+    "sweep.py": ("runs.console.print",),
     "trade.py": ("console.print",),
     "completion.py": ("print",),
     "help.py": ("print", "Console().print"),
