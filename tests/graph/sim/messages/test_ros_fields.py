@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from rosbags.typesys import Stores, get_typestore
 
 from graph.sim.messages.ros_fields import from_plain, leaves, pack, to_plain, unpack, zero
 from graph.sim.messages.ros_types import definition, deserialize, known, message_type, register, serialize, type_names
@@ -23,7 +24,9 @@ def test_inner_fields_are_named_by_their_path():
 
 
 def test_every_known_type_goes_through_all_forms_and_keeps_its_bytes():
-    for name in type_names():
+    """Those of ROS: other tests add types of their own, some of them huge."""
+    own = get_typestore(Stores.ROS2_JAZZY).types
+    for name in sorted(own.keys() & set(type_names())):
         message = zero(name)
         data = serialize(message, name)
         assert serialize(deserialize(data, name), name) == data
