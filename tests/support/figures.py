@@ -72,7 +72,7 @@ def sections() -> Iterator[tuple[str, str, list[tuple[str, str, str]]]]:
 
 def result(row: dict[str, Any]) -> str:
     """A value with its unit, to three digits."""
-    value = f"{row['value']:,.0f}" if abs(row["value"]) >= 1000 else f"{row['value']:.3g}"
+    value = _number(row["value"])
     return f"{value} {UNITS.get(row['unit'], row['unit'])}"
 
 
@@ -82,7 +82,7 @@ def goal(row: dict[str, Any]) -> str:
         return ""
     most = row["best"] == "most"
     kept = row["value"] >= row["bound"] if most else row["value"] <= row["bound"]
-    return f"{'at least' if most else 'at most'} {row['bound']:.3g}{'' if kept else ' (missed)'}"
+    return f"{'at least' if most else 'at most'} {_number(row['bound'])}{'' if kept else ' (missed)'}"
 
 
 def origins() -> Iterator[str]:
@@ -122,3 +122,7 @@ def _value(measured: str) -> str:
 
 def _capital(text: str) -> str:
     return text[:1].upper() + text[1:]
+
+
+def _number(value: float) -> str:
+    return f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.3g}"
