@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 _LOOPS: list[asyncio.AbstractEventLoop] = []
 _FAILED: list[BaseException] = []
+"""At most one."""
 
 
 def script_loop() -> asyncio.AbstractEventLoop:
@@ -39,9 +40,9 @@ def failure() -> BaseException | None:
 
 
 def _note_failure(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-    if (error := context.get("exception")) is not None:
+    if (error := context.get("exception")) is not None and not _FAILED:
         _FAILED.append(error)
-    else:
+    else:  # the first ends the script; errors of every update are not kept
         loop.default_exception_handler(context)
 
 
