@@ -10,12 +10,12 @@ BIN := $(VENV)/bin
 PIP := @$(BIN)/python .ci/pip
 PINS := .ci/constraints.txt
 # Where PYTHONDONTWRITEBYTECODE is set, every start would compile what it imports.
-COMPILE := @echo "compiling its Python files" && $(BIN)/python -m compileall -q graph nodes sensors
+COMPILE := @echo "compiling its Python files" && $(BIN)/python -m compileall -q graph nodes sensors wings
 # More options for pytest: make test PYTEST="-k lidar --cov"
 PYTEST :=
 FAST := $(addprefix tests/graph/,base values node spec plan evaluate) tests/nodes/action
 FILE :=
-SOURCES := graph nodes sensors tests graphs .github/pictures
+SOURCES := graph nodes sensors wings tests graphs .github/pictures
 
 .PHONY: run test fast test-of lint bench pictures peers wheel clean system-libraries
 .DELETE_ON_ERROR:

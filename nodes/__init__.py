@@ -331,9 +331,6 @@ TYPES: Mapping[str, tuple[str, ...]] = {
         "omni.graph.nodes.MakeVector3",
         "omni.graph.nodes.MakeVector4",
     ),
-    "hsb.camera_helper": ("isaacsim.hsb.nodes.HSBCameraHelper",),
-    "hsb.transport": ("isaacsim.hsb.nodes.HSBSend",),
-    "hsb.vb1940": ("isaacsim.hsb.nodes.RGBToVB1940",),
     "isaac.annotator_clocks": (
         "isaacsim.core.nodes.IsaacReadSimulationTimeAnnotator",
         "isaacsim.core.nodes.IsaacReadSystemTimeAnnotator",
@@ -490,26 +487,6 @@ TYPES: Mapping[str, tuple[str, ...]] = {
         "omni.syntheticdata.SdPostRenderVarToHost",
         "omni.syntheticdata.SdRenderVarPtr",
         "omni.syntheticdata.SdRenderVarToRawArray",
-    ),
-    "ucx.camera_helper": ("isaacsim.ucx.nodes.UCXCameraHelper",),
-    "ucx.publishers": (
-        "isaacsim.ucx.nodes.UCXPublishClock",
-        "isaacsim.ucx.nodes.UCXPublishJointState",
-        "isaacsim.ucx.nodes.UCXPublishOdometry",
-        "isaacsim.ucx.nodes.UCXPublishImu",
-        "isaacsim.ucx.nodes.UCXPublishImage",
-    ),
-    "ucx.subscribers": ("isaacsim.ucx.nodes.UCXSubscribeJointCommand",),
-    "ui.cameras": (
-        "omni.graph.ui_nodes.GetCameraPosition",
-        "omni.graph.ui_nodes.GetCameraTarget",
-        "omni.graph.ui_nodes.SetCameraPosition",
-        "omni.graph.ui_nodes.SetCameraTarget",
-    ),
-    "ui.viewports": (
-        "omni.graph.ui_nodes.GetActiveViewportCamera",
-        "omni.graph.ui_nodes.OnNewFrame",
-        "omni.graph.ui_nodes.SetActiveViewportCamera",
     ),
 }
 """Ids of types by the module of this package that registers them, in the order in which they are suggested."""

@@ -5,11 +5,11 @@ from importlib import import_module
 
 import pytest
 
-from tests.support.places import ROOT
+from tests.support.places import PACKAGES, ROOT
 
 FILES = sorted(
     path
-    for package in ("graph", "sensors", "nodes")
+    for package in PACKAGES
     for path in (ROOT / package).rglob("*.py")
     if "    >>> " in path.read_text(encoding="utf8")
 )

@@ -11,10 +11,9 @@ from importlib.util import find_spec
 import networkx
 import pytest
 
-from tests.support.places import ROOT
+from tests.support.places import PACKAGES, ROOT
 
 HEAVY = ("mujoco", "numba", "open3d", "pxr", "matplotlib")
-OWN = ("graph", "nodes", "sensors")
 
 GROUND = "graph.base"
 """Core modules that know nothing themselves; the world shares them."""
@@ -38,7 +37,7 @@ def module_name(path):
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-MODULES = {module_name(path): path for package in OWN for path in sorted((ROOT / package).rglob("*.py"))}
+MODULES = {module_name(path): path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))}
 
 
 @functools.cache
@@ -91,7 +90,7 @@ def layer(name):
     if name.startswith("graph.sim."):
         return "sim"
     top = name.partition(".")[0]
-    return {"graph": "core", "sensors": "sensors", "nodes": "nodes"}.get(top, "foreign")
+    return {"graph": "core", "sensors": "sensors", "nodes": "nodes", "wings": "wings"}.get(top, "foreign")
 
 
 MAY_IMPORT = {
@@ -104,8 +103,12 @@ MAY_IMPORT = {
     "sensors": {"leaf", "sim", "names", "face", "sensors"},
     "nodes": {"leaf", "core", "sim", "face", "sensors", "nodes"},
     "joint": {"leaf", "core", "sim", "names", "recording", "face", "sensors", "nodes", "joint"},
+    "wings": {"leaf", "core", "sim", "names", "recording", "face", "sensors", "nodes", "joint", "wings"},
 }
-"""`names` are Isaac Sim's for the world; `face` is what users import of both: `from graph.sim import App`."""
+"""`names` are Isaac Sim's for the world; `face` is what users import of both: `from graph.sim import App`.
+
+No layer but the wings may import a wing; they are found by their declarations (`graph.base.plugins`).
+"""
 
 
 def test_every_package_imports_only_downwards():
@@ -179,10 +182,10 @@ def world_room(name):
 
 
 def room(name):
-    """The room a module lies in: a folder of `graph`, the names of the world, or `sensors`, or `nodes`."""
+    """The room a module lies in: a folder of `graph`, the names of the world, or `sensors`, or `nodes`, or a wing."""
     if layer(name) == "names":
         return "graph.isaac.managers"
-    return ".".join(name.split(".")[:2]) if name.startswith("graph.") else name.partition(".")[0]
+    return ".".join(name.split(".")[:2]) if name.startswith(("graph.", "wings.")) else name.partition(".")[0]
 
 
 def loaded_after(code):
@@ -198,7 +201,7 @@ def test_import_graph_loads_no_heavy_library_and_no_numpy():
     assert loaded_after(code) == []
 
 
-@pytest.mark.parametrize("package", ["graph.sim", "sensors", "nodes", "graph.cli", "graph.testing"])
+@pytest.mark.parametrize("package", ["graph.sim", "sensors", "nodes", "wings", "graph.cli", "graph.testing"])
 def test_importing_a_package_loads_no_heavy_library(package):
     assert loaded_after(f"import {package}") == []
 

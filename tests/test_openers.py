@@ -4,7 +4,7 @@ import ast
 
 import pytest
 
-from tests.support.places import ROOT
+from tests.support.places import PACKAGES, ROOT
 
 OPENERS = ("graph/base/inputs.py", "graph/base/outputs.py")
 OWN = ("sensors/compiled/kept.py", "sensors/compiled/__main__.py", "sensors/compiled/signatures.py")
@@ -122,7 +122,7 @@ def calls(source):
 def modules():
     return [
         (path.relative_to(ROOT).as_posix(), path)
-        for package in ("graph", "nodes", "sensors")
+        for package in PACKAGES
         for path in sorted((ROOT / package).rglob("*.py"))
     ]
 

@@ -5,7 +5,7 @@ import re
 import pytest
 
 from tests.support.manual import cells_of
-from tests.support.places import ROOT
+from tests.support.places import PACKAGES, ROOT
 
 
 def folders(package):
@@ -18,7 +18,7 @@ def listed(page):
     return {name for row in rows for name in re.findall(r"`(\w+)`", row)}
 
 
-@pytest.mark.parametrize("package", ["graph", "graph/sim", "nodes", "tests"])
+@pytest.mark.parametrize("package", ["graph", "graph/sim", "nodes", "wings", "tests"])
 def test_the_page_of_a_package_has_a_line_for_each_of_its_rooms(package):
     assert folders(package) <= listed(f"{package}/README.md")
 
@@ -32,7 +32,7 @@ def test_the_files_that_the_contributing_page_names_are_there():
 
 PAGES = [
     *ROOT.glob("*.md"),
-    *(path for name in ("graph", "nodes", "sensors", "tests") for path in (ROOT / name).rglob("*.md")),
+    *(path for name in (*PACKAGES, "tests") for path in (ROOT / name).rglob("*.md")),
 ]
 
 

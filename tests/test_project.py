@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.places import ROOT
+from tests.support.places import PACKAGES, ROOT
 
 SETTINGS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf8"))
 PROJECT = SETTINGS["project"]
@@ -113,7 +113,7 @@ def test_the_wheel_ships_every_file_that_the_packages_read(tmp_path):
     elsewhere = SETTINGS["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
     kept = {
         elsewhere.get(str(path.relative_to(ROOT)), str(path.relative_to(ROOT)))
-        for package in ("graph", "nodes", "sensors")
+        for package in PACKAGES
         for path in (ROOT / package).rglob("*")
         if path.is_file() and "__pycache__" not in path.parts
     }
@@ -150,7 +150,7 @@ def test_make_takes_the_python_it_is_given():
 
 def our_files():
     """Every text file of the project: its own folders, and the files beside pyproject.toml."""
-    folders = [".ci", ".github", "graph", "nodes", "sensors", "graphs", "tests"]
+    folders = [".ci", ".github", *PACKAGES, "graphs", "tests"]
     found = [path for folder in folders for path in (ROOT / folder).rglob("*")] + list(ROOT.glob("*"))
     binary = {".bin", ".usdc", ".mcap", ".gz", ".png"}
     texts = (path for path in found if path.suffix not in binary and "__pycache__" not in path.parts)

@@ -6,9 +6,9 @@ from functools import cache
 
 import pytest
 
-from tests.support.places import ROOT
+from tests.support.places import PACKAGES, ROOT
 
-SOURCES = [path for package in ("graph", "nodes", "sensors") for path in sorted((ROOT / package).rglob("*.py"))]
+SOURCES = [path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))]
 TESTS = [path for path in sorted((ROOT / "tests").rglob("*.py")) if path.name != "test_wording.py"]
 
 SPEAKERS = re.compile(

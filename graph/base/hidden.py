@@ -1,4 +1,4 @@
-"""Detects modules of the user that hide our packages: `graph`, `nodes` and `sensors` are common names."""
+"""Detects modules of the user that hide our packages: `graph`, `nodes`, `sensors` and `wings` are common names."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import sys
 
 from .errors import UserError
 
-OTHERS = ("nodes", "sensors")
+OTHERS = ("nodes", "sensors", "wings")
 """The packages beside `graph`."""
 
 
@@ -16,7 +16,7 @@ class HiddenPackageError(UserError, ImportError):
 
 
 def refuse_hidden_packages() -> None:
-    """Raises HiddenPackageError, with the file, where Python finds another `nodes` or `sensors` before ours.
+    """Raises HiddenPackageError, with the file, where Python finds another package of these names before ours.
 
     Folders without `__init__.py` hide nothing. `graph` itself, when it is hidden, cannot say so.
     """

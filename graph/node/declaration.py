@@ -196,8 +196,8 @@ class NodeType:
 
     @property
     def shipped(self) -> bool:
-        """Whether it comes from the package `nodes`."""
-        return self.origin.startswith(("nodes.", "nodes:"))
+        """Whether it comes from the package `nodes`, or from a wing."""
+        return self.origin.startswith(("nodes.", "nodes:", "wings."))
 
     @cached_property
     def has_execution(self) -> bool:

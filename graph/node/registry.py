@@ -6,12 +6,12 @@ imported when no shipped type has the name; a package that fails is left out, wi
 
 from __future__ import annotations
 
-import logging
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from importlib import import_module
 
 from graph.base.errors import UserError
+from graph.base.plugins import Plugin, leave_out
 from graph.base.suggest import did_you_mean_id
 
 from . import finders
@@ -19,7 +19,6 @@ from .declaration import NodeType
 from .finders import Finder
 from .library import SHIPPED, Library
 
-_LOG = logging.getLogger("tickgraph")
 _SHORTEST_WORD, _NAMED = 3, 3
 
 
@@ -181,25 +180,17 @@ class Registry:
             elif isinstance(taken, NodeType) and not taken.shipped:
                 import_module(module)  # says whose id it is
 
-    def add_package(self, name: str, add: Callable[[], object]) -> None:
+    def add_package(self, plugin: Plugin, add: Callable[[], object]) -> None:
         """Adds all types of a package, or none of them and a warning; `add` registers them."""
         before = set(self._types)
         try:
             add()
-            self._packages.append(name.partition(" ")[0])
+            self._packages.append(plugin.name)
         except (Exception, SystemExit) as error:  # a third-party module may raise anything
             for type_id in set(self._types) - before:
                 self.remove(type_id)
-            reason = " ".join(str(error).split())
-            if not isinstance(error, UserError):
-                reason = f"{type(error).__name__}: {reason}"
-            _LOG.warning(
-                "warning node-package: %s: %s; the package is left out, repair or uninstall it",
-                name,
-                reason,
-            )
-            package, _, place = name.partition(" ")
-            self._left_out.append(f'the node package "{package}" {place}, which is left out: {reason}')
+            reason = leave_out(plugin, error)
+            self._left_out.append(f'the node package "{plugin.name}" ({plugin.value}), which is left out: {reason}')
 
     def remove(self, type_id: str) -> None:
         """Removes a type. Raises KeyError for an unknown id."""

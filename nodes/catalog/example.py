@@ -43,7 +43,7 @@ def example(node_type: NodeType, registry: Registry = DEFAULT) -> str:
     `nodes.catalog.example_parts`. What the reader must provide stands in a comment at the top.
     """
     name = _node_name(node_type)
-    parts = parts_of(node_type.short_name, node_type.shipped)
+    parts = parts_of(node_type)
     values = next((found for found in _candidates(node_type) if _compiles(node_type, found, registry)), {})
     stamps = {target for source, target in _links(node_type, "", parts) if source == _TIME}
     values = {key: value for key, value in values.items() if f".{key}" not in stamps}

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from importlib import import_module
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
 
 from graph.base.records import dataclass, field
 from sensors.lidar.names import PRIM_TYPE
+
+if TYPE_CHECKING:
+    from graph.node import NodeType
 
 THING = "/World/Thing"
 ROBOT = "/World/Robot"
@@ -29,11 +34,11 @@ class Parts:
     needs: str = ""
 
 
-_LIDAR = {
+LIDAR_WORLD = {
     LIDAR: f"{{type: {PRIM_TYPE}, config: Example_Rotary_2D}}",
     "/World/Wall": "{type: Cube, translate: [4, 0, 0]}",
 }
-_CAMERA = {
+CAMERA_WORLD = {
     CAMERA: "{type: Camera, translate: [0, 0, 1], rotate: [90, 0, -90]}",
     "/World/Wall": "{type: Cube, translate: [4, 0, 0]}",
     "/World/Sky": "{type: DomeLight, attributes: {inputs:intensity: 1000}}",
@@ -78,7 +83,7 @@ _VARIANTS = "a USD scene with a prim that has a variant set, named at prim and v
 _PIPELINE = "SdOnNewFrame and SdOnNewRenderProductFrame before it"
 _THING = {THING: "{type: Cube, rigid_body: true}"}
 
-_PARTS: dict[str, Parts] = {
+PARTS: dict[str, Parts] = {
     "AckermannController": Parts(
         {"wheelBase": 0.3, "trackWidth": 0.2, "frontWheelRadius": 0.05, "backWheelRadius": 0.05, "speed": 1.0}
     ),
@@ -113,12 +118,12 @@ _PARTS: dict[str, Parts] = {
     "IsaacArticulationState": Parts({"targetPrim": ROBOT}, _ARM),
     "IsaacAttachHydraTexture": Parts(
         {"renderProductPrim": "/World/Product"},
-        {**_LIDAR, "/World/Product": f"{{type: RenderProduct, attributes: {{camera: {LIDAR}}}}}"},
+        {**LIDAR_WORLD, "/World/Product": f"{{type: RenderProduct, attributes: {{camera: {LIDAR}}}}}"},
     ),
-    "IsaacComputeRTXLidarFlatScan": Parts(prims=_LIDAR, product=True),
+    "IsaacComputeRTXLidarFlatScan": Parts(prims=LIDAR_WORLD, product=True),
     "IsaacConvertDepthToPointCloud": Parts(needs="an image of distances at dataPtr and the lens of its camera"),
     "IsaacConvertRGBAToRGB": Parts(needs="an RGBA image at dataPtr"),
-    "IsaacCreateRTXLidarScanBuffer": Parts(prims=_LIDAR, product=True),
+    "IsaacCreateRTXLidarScanBuffer": Parts(prims=LIDAR_WORLD, product=True),
     "IsaacGripperController": Parts(
         {"articulationRootPrim": ROBOT, "jointNames": ["joint"], "gripperSpeed": [0.01]}, _FINGER
     ),
@@ -146,20 +151,14 @@ _PARTS: dict[str, Parts] = {
             "/World/Wall": "{type: Cube, translate: [4, 0, 0]}",
         },
     ),
-    "IsaacSetCameraOnRenderProduct": Parts({"cameraPrim": LIDAR}, _LIDAR, product=True),
-    "OgnIsaacExtractRTXSensorPointCloud": Parts(prims=_LIDAR, product=True),
+    "IsaacSetCameraOnRenderProduct": Parts({"cameraPrim": LIDAR}, LIDAR_WORLD, product=True),
+    "OgnIsaacExtractRTXSensorPointCloud": Parts(prims=LIDAR_WORLD, product=True),
     "OgnROS2ServiceClient": Parts({"messagePackage": "std_srvs", "messageName": "SetBool"}),
     "OgnROS2ServiceServerRequest": Parts({"messagePackage": "std_srvs", "messageName": "SetBool"}),
     "ReadPrimRelationship": Parts({"prim": f"{ROBOT}/joint", "name": "physics:body1"}, _ARM),
     "ReadSetting": Parts({"settingPath": "/app/runLoops/main/rateLimitFrequency"}),
-    "ROS2CameraHelper": Parts(prims=_CAMERA, product=True, sensor=CAMERA),
-    "ROS2CameraInfoHelper": Parts(prims=_CAMERA, product=True, sensor=CAMERA),
-    "GetCameraPosition": Parts({"prim": CAMERA, "usePath": False}, _CAMERA),
-    "GetCameraTarget": Parts(
-        {"prim": CAMERA, "usePath": False}, _CAMERA, needs="a camera that SetCameraTarget or the editor has aimed"
-    ),
-    "HSBCameraHelper": Parts(prims=_CAMERA, product=True, sensor=CAMERA),
-    "UCXCameraHelper": Parts(prims=_CAMERA, product=True, sensor=CAMERA),
+    "ROS2CameraHelper": Parts(prims=CAMERA_WORLD, product=True, sensor=CAMERA),
+    "ROS2CameraInfoHelper": Parts(prims=CAMERA_WORLD, product=True, sensor=CAMERA),
     "ROS2PublishCameraInfo": Parts(
         {
             "width": 640,
@@ -182,16 +181,14 @@ _PARTS: dict[str, Parts] = {
         }
     ),
     "ROS2Publisher": Parts({"messagePackage": "geometry_msgs", "messageName": "Point", "x": 1.5}),
-    "ROS2RtxLidarHelper": Parts(prims=_LIDAR, product=True),
+    "ROS2RtxLidarHelper": Parts(prims=LIDAR_WORLD, product=True),
     "ROS2RtxRadarHelper": Parts(prims=_RADAR, product=True, sensor="/World/Radar"),
     "ROS2Subscriber": Parts({"messagePackage": "geometry_msgs", "messageName": "Point"}),
     "ScriptNode": Parts(needs="your leave to run its script: graph run --allow-scripts"),
     "SdFrameIdentifier": Parts(needs=_PIPELINE),
-    "SdOnNewRenderProductFrame": Parts(prims=_CAMERA, product=True, sensor=CAMERA),
+    "SdOnNewRenderProductFrame": Parts(prims=CAMERA_WORLD, product=True, sensor=CAMERA),
     "SdRenderVarPtr": Parts(needs=_PIPELINE),
     "SdRenderVarToRawArray": Parts(needs=_PIPELINE),
-    "SetActiveViewportCamera": Parts({"primPath": CAMERA}, _CAMERA),
-    "SetCameraPosition": Parts({"prim": CAMERA, "usePath": False, "position": [1.0, 0.0, 1.0]}, _CAMERA),
     "OgnGetPrimAtPath": Parts({"paths": [THING]}, _THING),
     "SetPrimActive": Parts({"primTarget": THING}, {THING: "{type: Scope}"}),
     "SetTarget": Parts({"targets": THING, "setTarget": "/World"}, _THING),
@@ -210,6 +207,11 @@ _PARTS: dict[str, Parts] = {
 _NOTHING = Parts()
 
 
-def parts_of(short_name: str, shipped: bool) -> Parts:
-    """What the example of a node type needs; nothing for third-party types."""
-    return _PARTS.get(short_name, _NOTHING) if shipped else _NOTHING
+def parts_of(node_type: NodeType) -> Parts:
+    """What the example of a node type needs; nothing for those of other packages. A wing has a table of its own."""
+    if not node_type.shipped:
+        return _NOTHING
+    package, folder = node_type.origin.split(".")[:2]
+    table = f"{package}.{folder}.example_parts"
+    parts = PARTS if package == "nodes" else import_module(table).PARTS if find_spec(table) else {}
+    return parts.get(node_type.short_name, _NOTHING)

@@ -17,7 +17,7 @@ from measure import Row, ratio, seconds
 
 TITLE = "Start (whole processes)"
 ROOT = Path(__file__).parents[2]
-PACKAGES = ("graph", "nodes", "sensors")
+PACKAGES = ("graph", "nodes", "sensors", "wings")
 IMPORTS = ("-c", "import numpy; from pxr import Usd, UsdPhysics")
 ALL_IMPORTS = ("-c", f"{IMPORTS[1]}; from graph.sim.libraries import import_open3d; import_open3d()")
 CHECK = ("-m", "graph", "check", str(ROOT / "graphs" / "yard.yaml"))

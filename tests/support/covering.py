@@ -15,7 +15,7 @@ from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
-from tests.support.places import ROOT
+from tests.support.places import PACKAGES, ROOT
 
 DATA = ROOT / "build" / "coverage"
 
@@ -72,7 +72,7 @@ def module_of(file: Path) -> str:
 @cache
 def imports() -> dict[Path, set[str]]:
     """Each Python file of the packages and the tests, and the names that it imports, relative ones resolved."""
-    files = [path for top in ("graph", "sensors", "nodes", "tests") for path in (ROOT / top).rglob("*.py")]
+    files = [path for top in (*PACKAGES, "tests") for path in (ROOT / top).rglob("*.py")]
     return {path: set(_imported(path)) for path in files}
 
 

@@ -6,11 +6,11 @@ import os
 import subprocess
 import sys
 from importlib import import_module
-from pathlib import Path
 
 import pytest
 
 from graph import Attribute, NodeType, UserError, declare, node_type
+from graph.base.plugins import NODES, of_wings
 from graph.node.attribute_names import names_in_order
 from graph.node.registry import DEFAULT, Registry, UnknownNodeTypeError
 from tests.support.places import LIBRARY_FACTS, ROOT
@@ -79,16 +79,14 @@ def test_a_second_type_of_one_id_names_both_origins():
 
 
 def test_the_index_of_the_library_names_every_type_where_it_is_registered():
-    """What a module registers and the index does not name cannot be found; so a new type goes into `nodes.TYPES`."""
+    """What a module registers and no index names cannot be found: `nodes.TYPES`, or a wing's declarations."""
     import nodes
 
-    for path in sorted(Path(nodes.__file__).parent.rglob("*.py")):
-        import_module(".".join(("nodes", *path.relative_to(Path(nodes.__file__).parent).with_suffix("").parts)))
-    registered: dict[str, set[str]] = {}
-    for one in DEFAULT.all():
-        if one.shipped:
-            registered.setdefault(one.origin.rpartition(":")[0].removeprefix("nodes."), set()).add(one.id)
-    assert {module: set(ids) for module, ids in nodes.TYPES.items()} == registered
+    for path in sorted(path for package in ("nodes", "wings") for path in (ROOT / package).rglob("*.py")):
+        import_module(".".join(path.relative_to(ROOT).with_suffix("").parts))
+    registered = {(one.id, one.origin.rpartition(":")[0]) for one in DEFAULT.all() if one.shipped}
+    own = {(type_id, f"nodes.{module}") for module, ids in nodes.TYPES.items() for type_id in ids}
+    assert own | {(type_id, plugin.module) for type_id, plugin in of_wings(NODES).items()} == registered
 
 
 def test_a_type_costs_the_import_of_its_own_module_only():

@@ -6,8 +6,8 @@ from pxr import Gf, UsdGeom
 
 from graph import ComputeError
 from graph.testing import run_node
-from nodes.hsb.vb1940 import COE, LINUX, bayer, frame_bytes, packed
 from sensors import render_product
+from wings.hsb.vb1940 import COE, LINUX, bayer, frame_bytes, packed
 
 
 @pytest.mark.parametrize(("mode", "line", "frame"), [(LINUX, 2400, 2_599_200), (COE, 2560, 2_772_480)])

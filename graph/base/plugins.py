@@ -1,0 +1,180 @@
+"""Plug-ins: node types, sensors, transports, exports and commands, each an entry point in the group of its kind.
+
+TickGraph's own wings (`wings/`) are declared in pyproject.toml, as those of any other package. A clone is read from
+there, so that it need not be installed, and an installation from its table of entry points. No module names a wing.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import re
+from collections.abc import Iterator, Mapping
+from functools import cache
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any
+
+from .entry_points import LARGEST, OWN, entry_points
+from .errors import UserError
+from .inputs import start_of
+from .records import dataclass
+
+NODES = "tickgraph.nodes"
+"""Modules that register node types at import. Of a wing each type is named by its id, and imported when it is used."""
+SENSORS = "tickgraph.sensors"
+"""Each a `sensors.sensor_types.SensorType`."""
+TRANSPORTS = "tickgraph.transports"
+"""Each a `graph.recording.transports.transport.Kind`, by its name in `graph run --live NAME`."""
+EXPORTS = "tickgraph.exports"
+"""Each a `graph.recording.formats.Format`, by its name in `graph export --format NAME`."""
+COMMANDS = "tickgraph.commands"
+"""Each a `graph.cli.commands.Command`, by its name in `graph NAME`."""
+
+OGN = "tickgraph.ogn"
+"""Packages with `.ogn` files, see `graph.ogn`."""
+
+_KINDS = {
+    NODES: "node",
+    OGN: "node",
+    SENSORS: "sensor",
+    TRANSPORTS: "transport",
+    EXPORTS: "export",
+    COMMANDS: "command",
+}
+_GROUP = re.compile(r'\[(?:project\.entry-points\.)?"?(tickgraph\.\w+)"?\]')
+_ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+_LOG = logging.getLogger("tickgraph.warnings")
+
+
+class PluginError(UserError):
+    """A plug-in that is declared and cannot be used."""
+
+
+@dataclass(frozen=True, slots=True)
+class Plugin:
+    """A declaration: a name, and where what it stands for is found, as "module" or "module:object"."""
+
+    group: str
+    name: str
+    value: str
+
+    def __str__(self) -> str:
+        return f"{self.name} ({self.value})"
+
+    @property
+    def module(self) -> str:
+        """The module that it is loaded from."""
+        return self.value.partition(":")[0].strip()
+
+    @property
+    def absence(self) -> str:
+        """Why a plug-in of a wing cannot be there: its folder is missing. "" where it is there."""
+        wing = ".".join(self.module.split(".")[:2])
+        if _present(wing):
+            return ""
+        folder = wing.replace(".", "/")
+        todo = f"reinstall tickgraph, or restore the folder {folder}"
+        return f"it comes with the wing {wing}, which is not installed; {todo}"
+
+    def load(self) -> Any:
+        """What it stands for. Raises whatever its package raises."""
+        module = import_module(self.module)
+        place = self.value.partition(":")[2].strip()
+        return getattr(module, place) if place else module
+
+
+def of_wings(group: str) -> Mapping[str, Plugin]:
+    """The plug-ins of a group that the wings declare, by name; cheap, for no other package is looked at."""
+    return {name: Plugin(group, name, value) for name, value in _declared().get(group, {}).items()}
+
+
+def of_others(*groups: str) -> list[list[Plugin]]:
+    """The plug-ins of each group that other packages declare, sorted by name."""
+    found = zip(groups, entry_points(*groups), strict=True)
+    return [[Plugin(group, entry.name, entry.value) for entry in entries] for group, entries in found]
+
+
+def load(group: str, name: str) -> Any | None:
+    """What a name of a group stands for; None if no package declares it.
+
+    Raises PluginError, which names the package and the reason in one line, if it cannot be used.
+    """
+    plugin, kind = of_wings(group).get(name), _KINDS[group]
+    if plugin and plugin.absence:
+        raise PluginError(f"the {kind} {name} cannot be used: {plugin.absence}")
+    if plugin is None:
+        plugin = next((one for one in of_others(group)[0] if one.name == name), None)
+    try:
+        return plugin and plugin.load()
+    except (Exception, SystemExit) as error:  # a third-party module may raise anything
+        assert plugin is not None
+        raise PluginError(f"the {kind} {name} ({plugin.value}) cannot be used: {failure_of(error)}") from error
+
+
+def loaded(group: str) -> Iterator[tuple[str, Any]]:
+    """(name, what it stands for) of all that can be used, those of wings first; what is broken gives a warning."""
+    wings = [plugin for plugin in of_wings(group).values() if not plugin.absence]
+    for plugin in (*wings, *of_others(group)[0]):
+        try:
+            thing = plugin.load()
+        except (Exception, SystemExit) as error:  # a third-party module may raise anything
+            leave_out(plugin, error)
+        else:
+            yield plugin.name, thing
+
+
+def leave_out(plugin: Plugin, error: BaseException) -> str:
+    """Warns that a plug-in is left out; returns the reason."""
+    reason = failure_of(error)
+    _LOG.warning(
+        "warning %s-package: %s: %s; the package is left out, repair or uninstall it",
+        *(_KINDS[plugin.group], plugin, reason),
+    )
+    return reason
+
+
+def failure_of(error: BaseException) -> str:
+    """What a package raised, in one line."""
+    reason = " ".join(str(error).split())
+    return reason if isinstance(error, UserError) else f"{type(error).__name__}: {reason}"
+
+
+@cache
+def _declared() -> Mapping[str, Mapping[str, str]]:
+    """What TickGraph itself declares: value by name by group."""
+    found = _groups(os.path.join(_ROOT, "pyproject.toml"))
+    if not found:
+        folders = [name for name in os.listdir(_ROOT) if OWN.fullmatch(name)]
+        for folder in folders:
+            found |= _groups(os.path.join(_ROOT, folder, "entry_points.txt"))
+    return found
+
+
+def _groups(file: str) -> dict[str, dict[str, str]]:
+    """Our groups of a pyproject.toml or of a table of entry points, which for us differ in quotes; {} without the file.
+
+    Read by lines, because every start of the command needs it: tomllib takes 5 ms, and importlib.metadata 20.
+    """
+    try:
+        lines = start_of(file, LARGEST).decode("utf-8", "replace").splitlines()
+    except OSError:
+        return {}
+    groups: dict[str, dict[str, str]] = {}
+    group: dict[str, str] | None = None
+    for line in lines:
+        if line.startswith("["):
+            head = _GROUP.match(line)
+            group = groups.setdefault(head[1], {}) if head else None
+        elif group is not None and "=" in line and not line.startswith("#"):
+            name, _, value = line.partition("=")
+            group[name.strip(' "')] = value.strip(' "')
+    return groups
+
+
+@cache
+def _present(package: str) -> bool:
+    try:
+        return find_spec(package) is not None
+    except ImportError:
+        return False

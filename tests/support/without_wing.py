@@ -1,0 +1,47 @@
+"""The project without one of its wings: `python -m tests.support.without_wing ucx [pytest's arguments]`.
+
+Runs all tests but those of that wing, or those that the arguments name, in a tree of links without its folder.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from tests.support.places import ROOT
+
+WINGS = sorted(path.name for path in (ROOT / "wings").iterdir() if (path / "__init__.py").exists())
+"""The names of all wings."""
+
+
+def tree_without(wing: str, folder: Path) -> Path:
+    """Links in `folder` to everything in the repository but the wing and its tests; returns the folder."""
+    for path in ROOT.iterdir():
+        if path.name not in ("wings", "tests", ".git", "build"):
+            (folder / path.name).symlink_to(path)
+    for parts in ("wings", "tests", "tests/wings"):
+        (folder / parts).mkdir()
+        for path in (ROOT / parts).iterdir():
+            if path.name not in ("__pycache__", "wings" if parts == "tests" else wing):
+                (folder / parts / path.name).symlink_to(path)
+    return folder
+
+
+def environment(folder: Path) -> dict[str, str]:
+    """Variables of a process that takes the packages from that tree."""
+    return {**os.environ, "PYTHONPATH": str(folder)}
+
+
+def main(arguments: list[str]) -> int:
+    """Runs pytest in the tree; returns its exit code."""
+    with tempfile.TemporaryDirectory() as folder:
+        tree = tree_without(arguments[0], Path(folder))
+        command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *arguments[1:]]
+        return subprocess.run(command, cwd=tree, env=environment(tree), check=False).returncode
+
+
+if __name__ == "__main__":
+    raise SystemExit(main(sys.argv[1:]))

@@ -1,0 +1,92 @@
+"""A wing is found by its declaration alone: nothing outside knows it, and everything else works without it."""
+
+import ast
+import subprocess
+import sys
+import tomllib
+
+import pytest
+
+from graph.base import plugins
+from graph.node.registry import DEFAULT
+from tests.support.places import PACKAGES, ROOT
+from tests.support.without_wing import WINGS, environment, tree_without
+
+DECLARED = {
+    group: table
+    for group, table in tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["entry-points"].items()
+    if group.startswith("tickgraph.")
+}
+
+
+def test_the_declarations_are_read_as_toml_reads_them():
+    assert {group: {one.name: one.value for one in plugins.of_wings(group).values()} for group in DECLARED} == DECLARED
+
+
+def test_a_table_of_entry_points_says_the_same(tmp_path, monkeypatch):
+    """As an installed wheel has it: there is no pyproject.toml beside the packages."""
+    lines = (line for group, table in DECLARED.items() for line in (f"[{group}]", *map(" = ".join, table.items()), ""))
+    info = tmp_path / "tickgraph-0.1.0.dist-info"
+    info.mkdir()
+    (info / "entry_points.txt").write_text("\n".join(["[console_scripts]", "graph = graph.cli:command", "", *lines]))
+    (tmp_path / "graph").symlink_to(ROOT / "graph")
+    code = (
+        "from graph.base.plugins import of_wings\n"
+        f"print({{group: {{name: one.value for name, one in of_wings(group).items()}} for group in {[*DECLARED]!r}}})"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=environment(tmp_path), capture_output=True)
+    assert (done.stderr, ast.literal_eval(done.stdout.decode())) == (b"", DECLARED)
+
+
+def test_every_wing_is_declared_and_every_declaration_loads():
+    everything = [plugin for group in DECLARED for plugin in plugins.of_wings(group).values()]
+    assert {plugin.module.split(".")[1] for plugin in everything} == set(WINGS)
+    assert all(plugin.load() is not None and plugin.absence == "" for plugin in everything)
+
+
+@pytest.mark.parametrize("package", [name for name in PACKAGES if name != "wings"])
+def test_nothing_outside_names_a_wing(package):
+    """In imports `tests/test_imports.py` sees to it; here in texts, by which a module could be imported."""
+    named = [
+        f"{path.relative_to(ROOT)}:{node.lineno}: {node.value}"
+        for path in sorted((ROOT / package).rglob("*.py"))
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf8")))
+        if isinstance(node, ast.Constant) and isinstance(node.value, str)
+        if any(f"wings.{wing}" in node.value for wing in WINGS)
+    ]
+    assert named == []
+
+
+NAMED = {
+    "ucx": "UCXPublishClock",
+    "hsb": "HSBSend",
+    "ui": "OnNewFrame",
+}
+"""By wing: one of its node types."""
+
+TRIED = """
+from graph.cli.main import main
+from graph.node.registry import DEFAULT
+print(len(DEFAULT.all()))
+assert main(["check", "graphs/quickstart.yaml"]) == 0
+assert main(["run", "graphs/quickstart.yaml", "--updates", "2"]) == 0
+assert main(["check", "needs.yaml"]) == 2
+"""
+
+
+@pytest.mark.parametrize("wing", WINGS)
+def test_everything_else_works_without_the_wing(wing, tmp_path):
+    """All other node types load, a shipped graph is checked and run; a file that needs the wing gets one line."""
+    tree = tree_without(wing, tmp_path)
+    (tree / "needs.yaml").write_text(f"tickgraph: 1\ngraphs: {{/World/G: {{nodes: {{one: {NAMED[wing]}}}}}}}\n")
+    done = subprocess.run(
+        [sys.executable, "-c", TRIED], cwd=tree, env=environment(tree), capture_output=True, text=True, check=False
+    )
+    assert done.stderr == (
+        f'needs.yaml:2:29: node "one": node type "{NAMED[wing]}" cannot be used: it comes with the wing wings.{wing}, '
+        f"which is not installed; reinstall tickgraph, or restore the folder wings/{wing}; "
+        "--skip-unknown runs the rest of the file\n"
+    )
+    shipped = [one for one in DEFAULT.all() if one.shipped]
+    gone = [one for one in shipped if one.origin.startswith(f"wings.{wing}.")]
+    assert int(done.stdout.split()[0]) == len(shipped) - len(gone)
