@@ -8,7 +8,7 @@ is any number of leading axes. Lengths keep their unit.
 from __future__ import annotations
 
 from math import sqrt
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -205,18 +205,17 @@ def inverse_rigid(matrix: Floats) -> Floats:
     return out
 
 
-def apply(matrix: NDArray[Any], vectors: NDArray[Any], *, axis: int = -1) -> NDArray[Any]:
+def apply(matrix: NDArray[Any], vectors: NDArray[Any], *, axis: Literal[0, -1] = -1) -> NDArray[Any]:
     """A (k, m) matrix times many vectors, whose m components lie along `axis`; there the result has k.
 
     One pass a component: a product of a tall array would go to BLAS, whose idle threads take another processor.
     """
-    parts = np.moveaxis(vectors, axis, 0)
-    shape = [*vectors.shape]
-    shape[axis] = len(matrix)
+    last = axis == -1
+    shape = (*vectors.shape[:-1], len(matrix)) if last else (len(matrix), *vectors.shape[1:])
     out = np.empty(shape, np.result_type(matrix, vectors))
-    rows = np.moveaxis(out, axis, 0)
+    parts = [vectors[..., number] if last else vectors[number] for number in range(matrix.shape[1])]
     for number, factors in enumerate(matrix):
-        one = rows[number, ...]  # an array even where there is one vector
+        one = out[..., number] if last else out[number, ...]  # an array even where there is one vector
         np.multiply(parts[0], factors[0], out=one)
         for part, factor in zip(parts[1:], factors[1:], strict=True):
             one += part * factor
