@@ -20,6 +20,9 @@ _SIGNS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
 BLOCK = 16
 """Neighbouring rays without a grid whose box is tried before they are."""
 
+ROUNDING = 1e-6
+"""Boxes of blocks are off by no more than this, in the greatest distance of a sphere."""
+
 MARGIN_M = 1e-3
 """Spheres are so much larger for rays, so that rounding loses none."""
 
@@ -190,45 +193,46 @@ def _through_spheres(
     for sphere in range(len(radius)):
         x, y, z = middle[sphere, 0], middle[sphere, 1], middle[sphere, 2]
         longest = max(longest, math.sqrt(x * x + y * y + z * z) + radius[sphere] + spread)
-    boxes = np.empty(((len(table) + BLOCK - 1) // BLOCK, 6))
-    middles = np.empty((len(boxes), 7))  # begin and way of a ray in the middle of each block, how far others are off
-    for block in range(len(boxes)):
+    count = (len(table) + BLOCK - 1) // BLOCK
+    boxes, gaps = np.empty((6, count), np.float32), np.empty(count, np.float32)
+    middles = np.empty((count, 7))  # begin and way of a ray in the middle of each block, how far others are off
+    for block in range(count):
         first_ray, end_ray = block * BLOCK, min((block + 1) * BLOCK, len(table))
         one = (first_ray + end_ray) // 2
         own, far = min(one, len(offsets) - 1), min(np.float64(distance[one]), longest)
-        for axis in range(3):
-            middles[block, axis], middles[block, 3 + axis] = offsets[own, axis], table[one, 3 + axis] * far
+        a, b, c = np.float64(offsets[own, 0]), np.float64(offsets[own, 1]), np.float64(offsets[own, 2])
+        u, v, w = table[one, 3] * far, table[one, 4] * far, table[one, 5] * far
         widest = 0.0
+        low_x = low_y = low_z = np.inf
+        high_x = high_y = high_z = -np.inf
         for ray in range(first_ray, end_ray):
             own, far = min(ray, len(offsets) - 1), min(np.float64(distance[ray]), longest)
-            near, away = 0.0, 0.0
-            for axis in range(3):
-                off = offsets[own, axis] - middles[block, axis]
-                near += off * off
-                off += table[ray, 3 + axis] * far - middles[block, 3 + axis]
-                away += off * off
+            x, y, z = np.float64(offsets[own, 0]), np.float64(offsets[own, 1]), np.float64(offsets[own, 2])
+            p, q, r = x + table[ray, 3] * far, y + table[ray, 4] * far, z + table[ray, 5] * far
+            # What is not a number is in no box, and is not far off.
+            low_x, high_x = _wider(low_x, high_x, x, p)
+            low_y, high_y = _wider(low_y, high_y, y, q)
+            low_z, high_z = _wider(low_z, high_z, z, r)
+            x, y, z, p, q, r = x - a, y - b, z - c, p - a - u, q - b - v, r - c - w
             # At equal shares of two straight ways, points are at most as far apart as the farther pair of ends.
-            for square in (near, away):  # of which none counts that is not a number
-                widest = square if square > widest else widest
+            near, away = x * x + y * y + z * z, p * p + q * q + r * r
+            widest = near if near > widest else widest
+            widest = away if away > widest else widest
+        boxes[0, block], boxes[1, block], boxes[2, block] = low_x, low_y, low_z
+        boxes[3, block], boxes[4, block], boxes[5, block] = high_x, high_y, high_z
+        middles[block, 0], middles[block, 1], middles[block, 2] = a, b, c
+        middles[block, 3], middles[block, 4], middles[block, 5] = u, v, w
         middles[block, 6] = math.sqrt(widest)
-        for axis in range(3):
-            low, high = np.inf, -np.inf
-            for ray in range(block * BLOCK, min((block + 1) * BLOCK, len(table))):
-                begin = np.float64(offsets[min(ray, len(offsets) - 1), axis])
-                end = begin + table[ray, 3 + axis] * min(np.float64(distance[ray]), longest)
-                for place in (begin, end):  # of which none counts that is not a number
-                    low, high = place if place < low else low, place if place > high else high
-            boxes[block, axis], boxes[block, 3 + axis] = low, high
     rays, spheres = np.empty(4 * len(table) + BLOCK, np.intp), np.empty(4 * len(table) + BLOCK, np.intp)
     kept, total, number = np.empty(len(radius), np.intp), np.int64(0), np.int64(0)
     for sphere in range(len(radius)):
         x, y, z, square = middle[sphere, 0], middle[sphere, 1], middle[sphere, 2], radius[sphere] ** 2
         former, last = total, first[sphere] + size[sphere]
-        for block in range(first[sphere] // BLOCK, (last + BLOCK - 1) // BLOCK):
-            u = x - min(max(x, boxes[block, 0]), boxes[block, 3])
-            v = y - min(max(y, boxes[block, 1]), boxes[block, 4])
-            w = z - min(max(z, boxes[block, 2]), boxes[block, 5])
-            if u * u + v * v + w * w > square:
+        begin, end = first[sphere] // BLOCK, (last + BLOCK - 1) // BLOCK
+        _gaps(boxes, np.float32(x), np.float32(y), np.float32(z), gaps)
+        most = np.float32((radius[sphere] + ROUNDING * longest) ** 2)
+        for block in range(begin, end):
+            if gaps[block] > most:
                 continue
             if _passes(middles, block, (x, y, z), radius[sphere]):
                 continue
@@ -250,6 +254,22 @@ def _through_spheres(
             kept[number] = sphere
             number += 1
     return rays[:total], spheres[:total], kept[:number]
+
+
+@inlined
+def _wider(low: Any, high: Any, one: Any, two: Any) -> tuple[Any, Any]:
+    low, high = one if one < low else low, one if one > high else high
+    return two if two < low else low, two if two > high else high
+
+
+@inlined
+def _gaps(boxes: np.ndarray, x: Any, y: Any, z: Any, gaps: np.ndarray) -> None:
+    """Writes the squares (n,) of a place's distances from boxes (6, n)."""
+    for block in range(len(gaps)):  # from 0 and without a branch, so that it runs as vectors
+        u = max(max(boxes[0, block] - x, x - boxes[3, block]), np.float32(0))
+        v = max(max(boxes[1, block] - y, y - boxes[4, block]), np.float32(0))
+        w = max(max(boxes[2, block] - z, z - boxes[5, block]), np.float32(0))
+        gaps[block] = u * u + v * v + w * w
 
 
 @inlined

@@ -17,7 +17,7 @@ from .near import NEAR_ANCHOR_M, Moving
 from .nearest import Nearest
 from .rays import Hits, RayBundle
 from .soft import PointsOf, SoftMeshes
-from .standing import Standing, excluded
+from .standing import Standing, StandingScene
 from .triangles import TriangleScene
 
 GRID_M = 1000.0
@@ -134,6 +134,22 @@ class CastWorld:
         if scene.static:
             start = (rays.origin - anchor).astype(np.float32)
             nearest.add_static(*scene.cast(scene.static, rays, start, threads, uv=spots))
+        self._add_others(nearest, rays, scene, anchor, poses)
+        return nearest.hits()
+
+    def blocked(self, rays: RayBundle, lengths: np.ndarray, poses: Any) -> np.ndarray:
+        """(n,) bool, which rays meet a surface other than the standing meshes within `lengths` (n,) float32 [m]."""
+        anchor = anchor_of(rays.origin)
+        scene = self.standing.scene(anchor, rays.exclude, rays.origin, rays.reach)
+        nearest = Nearest(len(rays.table), scene.surface_of, scene.starts, scene.triangles, normals=False, spots=False)
+        nearest.distance[:] = lengths
+        self._add_others(nearest, rays, scene, anchor, poses)
+        return np.asarray(nearest.distance < lengths)
+
+    def _add_others(
+        self, nearest: Nearest, rays: RayBundle, scene: StandingScene, anchor: np.ndarray, poses: Any
+    ) -> None:
+        """Adds hits of all but standing meshes."""
         states = poses if rays.spans else (poses,)
         looks = [
             (nearest.some(rows) if rays.spans else nearest, one, state, self.body_poses(state))
@@ -147,11 +163,10 @@ class CastWorld:
         body_poses = [bodies for *_, bodies in looks if bodies is not None]
         if self._moving is not None and body_poses:
             skip = scene.left_out(self._moving.surfaces)
-            self._moving.cast(rays, anchor, np.stack(body_poses), skip, threads, nearest)
+            self._moving.cast(rays, anchor, np.stack(body_poses), skip, self.threads, nearest)
         if self._soft is not None:
             for own, one, state, _ in looks:
-                self._soft.cast(one, state, scene.skip, threads, own)
-        return nearest.hits()
+                self._soft.cast(one, state, scene.skip, self.threads, own)
 
     def static_scene(self, origin: np.ndarray, exclude: frozenset[str]) -> tuple[np.ndarray, TriangleScene | None]:
         """For sensors near `origin` (3,) float64 [m]: the origin of a scene's coordinates, and the scene of static
@@ -170,10 +185,6 @@ class CastWorld:
     def shares_frame(self, places: np.ndarray) -> bool:
         """Whether sensors at (n, 3) [m] from their anchor see moving meshes in one scene."""
         return self._moving is None or bool(np.abs(places).max() < NEAR_ANCHOR_M)
-
-    def planes(self, exclude: frozenset[str]) -> list[int]:
-        """The infinite planes that are not excluded."""
-        return [number for number, plane in self._planes if not excluded(str(plane.path), exclude)]
 
     @property
     def threads(self) -> int:
