@@ -44,6 +44,8 @@ class GraphSet:
         self.app = app
         self.registry = registry
         self._prepare = prepare
+        self.edited: Callable[[Model], None] | None = None
+        """Called after every edit with what it has edited."""
         self._waiting: dict[str, Graph] = {}
         self._models: dict[str, Model] = {}
         """What edits change, by path."""
@@ -52,7 +54,7 @@ class GraphSet:
 
     def close(self) -> None:
         """Removes the references between the set and its App, so that a closed App is freed with its last reference."""
-        self.app = self.context.app = self._prepare = None
+        self.app = self.context.app = self._prepare = self.edited = None
 
     def latest(self, path: str) -> Graph | None:
         """The graph with that path as last edited; edits made while it runs are included."""
@@ -138,6 +140,8 @@ class GraphSet:
             self._models[path] = model
             model.base = compiled.compiled_spec = model.spec()
             model.check = None
+        if self.edited is not None:
+            self.edited(model)
 
     def _compile_edits(self, path: str) -> None:
         graph, spec, check = self.graphs[path], self.current_spec(path), self._models[path].check

@@ -196,6 +196,10 @@ class Model:
         """Whether a connection leads to an attribute of a node."""
         return any(one.target == f"{name}.{full}" for one in self._around(name))
 
+    def into(self, name: str) -> list[tuple[str, str]]:
+        """Both ends of the connections into a node, in order."""
+        return [ends for ends in self._ends_by_owner().get(name, ()) if ends[1].rpartition(".")[0] == name]
+
     def part(self) -> EditedPart | None:
         """What the edit concerns; None if it also changes variables, compounds or attributes."""
         if (
@@ -204,7 +208,7 @@ class Model:
             or not self.nodes.keys() >= self.touched.keys()
         ):
             return None
-        return EditedPart([self._node_spec(name) for name in self.touched], self.added, self.cut, self._around)
+        return EditedPart([self.node_spec(name) for name in self.touched], self.added, self.cut, self._around)
 
     def _around(self, name: str) -> Iterable[ConnectionSpec]:
         connections = self.connections
@@ -234,13 +238,14 @@ class Model:
         """The spec to compile the graph from."""
         return replace(
             self.base,
-            nodes=tuple(map(self._node_spec, self.nodes)),
+            nodes=tuple(map(self.node_spec, self.nodes)),
             connections=self.base.connections if self._connections is None else tuple(self._connections.values()),
             variables=dict(self.variables),
             compounds={name: dict(ports) for name, ports in self.compounds.items()},
         )
 
-    def _node_spec(self, name: str) -> NodeSpec:
+    def node_spec(self, name: str) -> NodeSpec:
+        """A node as a spec has it."""
         node = self.nodes[name]
         if node.spec is None:
             node.spec = NodeSpec(name, node.type, dict(node.inputs), node.mark, dict(node.marks), dict(node.attributes))

@@ -1,70 +1,37 @@
-"""What differs between two states of a graph: as nodes to write to the stage, and as edits that lead to the second."""
+"""What a stage says of a graph, and the edits that lead from one such state to another."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from graph.base.records import dataclass
-from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec
+from graph.spec.file_spec import GraphSpec, NodeSpec
 
 Ends = tuple[str, str]
+"""A connection by both full ends: `tick.outputs:tick`, absolute for a node of another graph."""
 
 
 @dataclass(slots=True)
 class State:
-    """A graph at one moment: its nodes by name, and its spec for all the rest."""
+    """A graph at one moment.
 
-    spec: GraphSpec
-    nodes: dict[str, NodeSpec]
-
-    @classmethod
-    def of(cls, spec: GraphSpec) -> State:
-        """The state that a spec describes."""
-        return cls(spec, {one.name: one for one in spec.nodes})
-
-
-@dataclass(frozen=True, slots=True)
-class Change:
-    """What is new or different, and what is gone.
-
-    fed: names of nodes that have other sources, or the same in another order. rest: whether anything beside nodes and
-    connections differs, or the order of the nodes.
+    rest: its spec without nodes and connections. nodes: by name, inputs named as in files, `x` for `inputs:x`. links:
+    the connections into each node that has any, in order.
     """
 
-    nodes: Mapping[str, NodeSpec]
-    gone: list[str]
-    cut: list[Ends]
-    linked: list[Ends]
-    fed: set[str]
-    rest: bool
+    rest: GraphSpec
+    nodes: dict[str, NodeSpec]
+    links: dict[str, dict[Ends, None]]
 
+    def part(self, names: set[str]) -> State:
+        """The state of these nodes alone."""
+        nodes = {name: self.nodes[name] for name in names if name in self.nodes}
+        return State(self.rest, nodes, {name: self.links[name] for name in nodes if name in self.links})
 
-def change_of(before: State, now: State) -> Change:
-    """What leads from one state to the next. Equal objects cost nothing but their comparison by identity."""
-    old, new = before.nodes, now.nodes
-    nodes = {
-        name: one
-        for name, one in new.items()
-        if (was := old.get(name)) is not one and (was is None or not _same_node(was, one))
-    }
-    gone = [name for name in old if name not in new]
-    cut: list[Ends] = []
-    linked: list[Ends] = []
-    fed: set[str] = set()
-    if before.spec.connections != now.spec.connections:
-        first, second = (dict.fromkeys(map(_ends, state.spec.connections)) for state in (before, now))
-        cut = [one for one in first if one not in second]
-        linked = [one for one in second if one not in first]
-        fed = {owner(target) for _, target in (*cut, *linked)}
-        both = zip((one for one in first if one in second), (one for one in second if one in first), strict=True)
-        fed |= {owner(two[1]) for one, two in both if one != two}
-    moved = len(new) + len(gone) != len(old) or bool(gone)
-    rest = not _same_settings(before.spec, now.spec) or (
-        moved and [one for one in new if one in old] != [one for one in old if one in new]
-    )
-    return Change(nodes, gone, cut, linked, fed, rest)
+    def ends(self) -> dict[Ends, None]:
+        """All connections."""
+        return {ends: None for links in self.links.values() for ends in links}
 
 
 def owner(end: str) -> str:
@@ -72,75 +39,58 @@ def owner(end: str) -> str:
     return end.rpartition(".")[0]
 
 
-def _ends(link: ConnectionSpec) -> Ends:
-    return link.source, link.target
-
-
-def _same_settings(before: GraphSpec, now: GraphSpec) -> bool:
-    if before.compounds or now.compounds:
-        return False
-    names = ("evaluator", "pipeline_stage", "evaluation_mode", "saved", "unfinished")
-    same = all(getattr(before, name) == getattr(now, name) for name in names)
-    held = before.instances is now.instances or not now.instances
-    return same and held and _same(before.variables, now.variables)
-
-
-def _same_node(before: NodeSpec, now: NodeSpec) -> bool:
-    return before.type == now.type and before.attributes == now.attributes and _same(before.inputs, now.inputs)
-
-
-def _same(before: Any, now: Any) -> bool:
+def same(before: Any, now: Any) -> bool:
+    """Whether two values are equal; arrays are compared by identity alone."""
     if before is now:
         return True
     try:
         return bool(before == now)
-    except ValueError:  # arrays
+    except ValueError:
         return False
 
 
-def with_short_names(spec: GraphSpec, nodes: Iterable[NodeSpec]) -> GraphSpec:
-    """The spec with these nodes, whose inputs are named as in files, `x` for `inputs:x`."""
-    return replace(
-        spec,
-        nodes=tuple(
-            replace(one, inputs={key.removeprefix("inputs:"): value for key, value in one.inputs.items()})
-            for one in nodes
-        ),
-    )
+Default = Callable[[NodeSpec, str], Any]
+"""Gives the default of an attribute of a node by full name; None without one."""
 
 
-def edits(before: State, now: State) -> Iterator[dict[str, Any]]:
+def edits(before: State, now: State, default: Default) -> Iterator[dict[str, Any]]:
     """What makes the second of the first, as edits; each may fail without the others."""
     from graph.isaac.og import Keys
 
-    change = change_of(before, now)
-    old = before.nodes
-    gone = [*change.gone, *(name for name, one in change.nodes.items() if name in old and old[name].type != one.type)]
+    gone = [name for name, one in before.nodes.items() if name not in now.nodes or now.nodes[name].type != one.type]
+    lost = set(gone)
     if gone:
         yield {Keys.DELETE_NODES: gone}
-    for name, one in now.spec.variables.items():
-        if name not in before.spec.variables:
+    for name, one in now.rest.variables.items():
+        if name not in before.rest.variables:
             yield {Keys.CREATE_VARIABLES: [(name, one.type, one.value)]}
-    for source, target in sorted(change.cut):
-        if not {owner(source), owner(target)} & set(gone):
+    old, new = before.ends(), now.ends()
+    for source, target in old:
+        if (source, target) not in new and not {owner(source), owner(target)} & lost:
             yield {Keys.DISCONNECT: [(source, target)]}
-    for name, node in change.nodes.items():
-        was = None if name in gone else old.get(name)
+    for name, node in now.nodes.items():
+        was = None if name in lost else before.nodes.get(name)
+        if was is node:
+            continue
         if was is None:
             yield {Keys.CREATE_NODES: [(name, node.type)]}
-        known: Mapping[str, Any] = {} if was is None else was.attributes
         for full, kind in node.attributes.items():
-            if full not in known:
+            if was is None or full not in was.attributes:
                 yield {Keys.CREATE_ATTRIBUTES: [(f"{name}.{full}", kind)]}
-        for full, value in set_values(was, node):
+        for full, value in _values(was, node, default):
             yield {Keys.SET_VALUES: [(f"{name}.{full}", value)]}
-    for ends in change.linked:
-        yield {Keys.CONNECT: [ends]}
+    for source, target in new:
+        if (source, target) not in old or {owner(source), owner(target)} & lost:
+            yield {Keys.CONNECT: [(source, target)]}
 
 
-def set_values(before: NodeSpec | None, now: NodeSpec) -> Iterator[tuple[str, Any]]:
-    """Full names of attributes with new values, and these."""
+def _values(before: NodeSpec | None, now: NodeSpec, default: Default) -> Iterator[tuple[str, Any]]:
+    """Full names of attributes with new values, and these; one that has lost its value gets its default."""
     values: Mapping[str, Any] = {} if before is None else before.inputs
-    for key, value in now.inputs.items():
-        if key not in values or not _same(values[key], value):
-            yield key if ":" in key else f"inputs:{key}", value
+    for key in dict.fromkeys((*values, *now.inputs)):
+        full = key if ":" in key else f"inputs:{key}"
+        if key not in now.inputs:
+            if (value := default(now, full)) is not None:
+                yield full, value
+        elif key not in values or not same(values[key], now.inputs[key]):
+            yield full, now.inputs[key]

@@ -74,6 +74,15 @@ def is_node(prim: Any) -> bool:
     return bool(prim.IsDefined())
 
 
+def is_plain_node(prim: Any) -> bool:
+    """Whether a prim is a node without nodes inside."""
+    if not is_node(prim) or prim.HasAttribute(COMPOUND_TYPE) or "OmniGraphCompoundNodeAPI" in schemas_of(prim):
+        return False
+    kind = prim.GetAttribute("node:type")
+    inside = any(is_node(one) or is_graph(one) for one in prim.GetAllChildren())
+    return not inside and not (kind and kind.Get() == COMPOUND)
+
+
 def _over_of_node(prim: Any) -> bool:
     """Whether an undefined prim looks like an override of a node; shaders and lights have inputs, too."""
     type_name = prim.GetTypeName()

@@ -23,6 +23,12 @@ def restored(value: Any, custom: Mapping[str, Any]) -> Any:
     return kept["written"]
 
 
+def is_default(value: Any, custom: Mapping[str, Any]) -> bool:
+    """Whether an attribute has the default of its type, which was written for those who read the prim."""
+    ours = custom.get(KEY)
+    return isinstance(ours, dict) and ours.get("default") == json.dumps(value)
+
+
 def decoded(ours: Mapping[str, Any], name: str) -> Any:
     """The content of one entry of our customData; None if it is missing or cannot be read."""
     text = ours.get(name)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 from graph.node.declaration import Attribute, NodeType
@@ -55,14 +56,19 @@ class NodeWriter:
                 write_value(prim, full, None, value)
             else:
                 unnameable[full.removeprefix("inputs:")] = value
-        ours: dict[str, Any] = {"type": node.type}
-        if len(node.inputs) > 1:
-            ours["order"] = noted(node.inputs)
-        if node.attributes:
-            ours["attributes"] = json.dumps(dict(node.attributes))
-        if unnameable:
-            ours["inputs"] = json.dumps(unnameable)
-        prim.customData = {KEY: ours}
+        note_node(prim, node, unnameable)
+
+
+def note_node(prim: Any, node: NodeSpec, unnameable: Mapping[str, Any]) -> None:
+    """Records what the attributes of a node's prim do not say; unnameable: inputs without one."""
+    ours: dict[str, Any] = {"type": node.type}
+    if len(node.inputs) > 1:
+        ours["order"] = noted(node.inputs)
+    if node.attributes:
+        ours["attributes"] = json.dumps(dict(node.attributes))
+    if unnameable:
+        ours["inputs"] = json.dumps(unnameable)
+    prim.customData = {KEY: ours}
 
 
 def declared_attributes(node_type: NodeType | None, added: Mapping[str, str]) -> dict[str, Attribute]:
@@ -114,24 +120,81 @@ def write_value(prim: Any, full: str, type_name: str | None, value: Any, *, note
         ours["type"] = type_name
     type_ = type_ or TYPES["token"]
     sdf = sdf_name(type_)
-    if sdf == "rel":
-        prop = Sdf.RelationshipSpec(prim, full)
-        stored = _write_targets(prop, value)
-    else:
-        prop = Sdf.AttributeSpec(prim, full, Sdf.ValueTypeNames.Find(sdf))
-        stored = None
-        if value is not None and type_.storage != "execution" and survives(value):
-            try:
-                prop.default = _as_text_holds_it(coerce(type_, value), type_)
-                stored = from_usd(prop.default, sdf)
-            except (ValueError, TypeError, OverflowError, UnicodeError):
-                stored = None  # stored as text below
+    is_relationship = sdf == "rel"
+    prop = Sdf.RelationshipSpec(prim, full) if is_relationship else Sdf.AttributeSpec(prim, full, _sdf_type(sdf))
     prop.custom = True
-    if value is not None and not same(stored, value):
-        ours["value"] = kept(value, stored)
+    ours |= _store(prop, type_, sdf, value)
     if ours:
         prop.customData = {KEY: ours}
     return prop
+
+
+def _store(prop: Any, type_: Type, sdf: str, value: Any) -> dict[str, str]:
+    """Writes a value to a property; returns what must be recorded if USD would return something else."""
+    if value is None:
+        return {}
+    stored = None
+    if sdf == "rel":
+        stored = _write_targets(prop, value)
+    elif type_.storage != "execution" and survives(value):
+        try:
+            held = _as_text_holds_it(coerce(type_, value), type_)
+            prop.default = held
+            stored = from_usd(held, sdf)
+        except (ValueError, TypeError, OverflowError, UnicodeError):
+            stored = None  # stored as text
+    if stored is None and sdf != "rel":
+        prop.ClearInfo("default")
+    return {} if same(stored, value) else {"value": kept(value, stored)}
+
+
+def change_attribute(prim: Any, full: str, declared: Attribute, value: Any) -> None:
+    """Gives an attribute of a node's prim another value, None for its default; its sources stay."""
+    parsed = declared.parsed
+    prop = prim.layer.GetPropertyAtPath(prim.path.AppendProperty(full))
+    if prop is None or isinstance(parsed, Extended):
+        feeds = [] if prop is None else list(prop.connectionPathList.explicitItems)
+        if prop is not None:
+            prim.RemoveProperty(prop)
+        write_attribute(prim, full, declared, value)
+        if feeds:
+            prim.attributes[full].connectionPathList.explicitItems = feeds
+        return
+    sdf, feeds = sdf_name(parsed), []
+    if sdf == "rel":
+        feeds = [one for one in prop.targetPathList.explicitItems if as_source(str(one))]
+        prop.targetPathList.ClearEdits()
+    elif value is None:
+        prop.ClearInfo("default")
+    ours = _store(prop, parsed, sdf, value)
+    if ours or prop.HasInfo("customData"):
+        others = {key: one for key, one in prop.customData.items() if key != KEY}
+        prop.customData = {**others, KEY: ours} if ours else others
+    if feeds:
+        prop.targetPathList.explicitItems += feeds
+    if value is None and full.startswith("inputs:"):
+        write_default(prim, full, declared)
+
+
+def write_default(prim: Any, full: str, declared: Attribute) -> None:
+    """Gives an input without a value its type's default, with a note that it is one: a script may read it."""
+    parsed = declared.parsed
+    if declared.default is None or isinstance(parsed, Extended) or parsed.storage in ("execution", "target", "bundle"):
+        return
+    try:
+        held = to_usd(coerce(parsed, declared.default), parsed)
+        note = json.dumps(from_usd(held, sdf_name(parsed)))
+    except (ValueError, TypeError, OverflowError, UnicodeError):
+        return
+    prop = prim.attributes[full]
+    prop.default, prop.customData = held, {**prop.customData, KEY: {"default": note}}
+
+
+@cache
+def _sdf_type(sdf: str) -> Any:
+    from graph.sim.usd import Sdf
+
+    return Sdf.ValueTypeNames.Find(sdf)
 
 
 def _as_text_holds_it(value: Any, type_: Type) -> Any:

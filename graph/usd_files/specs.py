@@ -10,11 +10,11 @@ from graph.base.errors import Mark
 from graph.base.limits import check
 from graph.node.declaration import Attribute
 from graph.node.registry import DEFAULT
-from graph.spec.file_spec import ConnectionSpec, GraphSpec, NodeSpec, VariableSpec
-from graph.spec.migration import meant_nothing, migrated_type, upgraded
+from graph.spec.file_spec import ConnectionSpec, FileSpec, GraphSpec, NodeSpec, VariableSpec
+from graph.spec.migration import meant_nothing, migrate, migrated_type, upgraded
 from graph.values.types import Type
 
-from .json_values import decoded, restored
+from .json_values import decoded, is_default, restored
 from .node_prims import KEY, PREFIXES, RawNode, Tell, ogn_type, some
 from .noted_order import in_noted_order
 from .ports import Ports, sources_of, targets_of
@@ -161,7 +161,7 @@ def _node(
             if port is not None:  # nothing feeds the compound's port, so the port's own value reaches the node
                 value, written = _value(port, port.custom), written + ".connect"
                 break
-        if value is not None:
+        if value is not None and not (custom and is_default(value, custom)):
             key = name.removeprefix("inputs:")
             inputs[key] = value
             marks[key] = mark_of(written)
@@ -175,14 +175,44 @@ def _node(
     return NodeSpec(node.name, _type_as_written(node), given, mark_of(node.path), marks, types)
 
 
-def node_spec(prim: Any, name: str, mark_of: MarkOf, tell: Tell) -> NodeSpec:
-    """The specification of one node prim that is in no compound; `name`: its path from the graph's."""
+def node_and_links(
+    prim: Any, graph: str, name: str, mark_of: MarkOf, tell: Tell
+) -> tuple[NodeSpec, dict[tuple[str, str], None]]:
+    """The specification of one node prim that is in no compound, and the connections into it as `links_of` gives them.
+
+    name: its path from the graph's.
+    """
     path, animated = prim.GetPath(), list[str]()
     node = RawNode(prim, path, str(path), name)
-    found = _node(node, Ports([], [node]), {} if node.custom else _Settled()[node.type], animated, mark_of)
+    ports = Ports([], [node])
+    found = _node(node, ports, {} if node.custom else _Settled()[node.type], animated, mark_of)
     if animated:
         tell("value-animated", animated[0], "time samples move no graph; one value counts of this attribute")
-    return found
+    present = migrate(FileSpec(graphs=(GraphSpec(graph, (found,)),))).graphs[0].nodes[0]
+    return present, _links(graph, node, ports)
+
+
+def links_of(graphs: Sequence[RawGraph]) -> list[dict[str, dict[tuple[str, str], None]]]:
+    """For each graph the connections into each node that has any, by both full ends.
+
+    An end in the same graph is `node.outputs:x`, another one a path.
+    """
+    ports = Ports(
+        [one for graph in graphs for one in graph.compounds], [one for graph in graphs for one in graph.nodes]
+    )
+    each = [{node.name: _links(graph.path, node, ports) for node in graph.nodes} for graph in graphs]
+    return [{name: links for name, links in one.items() if links} for one in each]
+
+
+def _links(graph: str, node: RawNode, ports: Ports) -> dict[tuple[str, str], None]:
+    return {
+        (source.removeprefix(f"{graph}/"), f"{node.name}.{attribute.name}"): None
+        for attribute in node.attributes
+        if not attribute.name.startswith("outputs:")
+        for written in sources_of(attribute)
+        for source in ports.behind(written)
+        if source.rpartition(".")[2].startswith(PREFIXES)
+    }
 
 
 def _type_as_written(node: RawNode) -> str:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Mapping, Set
-from dataclasses import replace
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,7 @@ from graph.base.errors import Problem, UserError
 from graph.files.document import simple
 from graph.node.registry import DEFAULT, Registry
 from graph.sim.scene.prim_paths import is_path
-from graph.spec.file_spec import FileSpec, GraphSpec
+from graph.spec.file_spec import FileSpec, GraphSpec, VariableSpec
 
 from . import custom_data
 from .hiding import Hiding, scene_graphs
@@ -22,8 +21,6 @@ from .node_writing import NodeWriter, write_value
 from .noted_order import noted
 from .written_links import Links
 
-Link = tuple[str, str]
-"""A connection: its source and target, as written."""
 _EVALUATORS = {"execution": "execution", "push": "push", "dirty_push": "dirty_push"}
 _STAGES = {
     "simulation": "pipelineStageSimulation",
@@ -79,24 +76,6 @@ def layer_of(
     return layer
 
 
-def nodes_layer(graph: GraphSpec, names: Set[str], registry: Registry = DEFAULT) -> tuple[Any, dict[Link, str]]:
-    """An anonymous layer with the prims of some nodes of a graph, and the records of the connections into them.
-
-    For a layer that has the rest of the graph. A record is by source and target; see `written_links`.
-    """
-    from graph.sim.usd import Sdf
-
-    layer = Sdf.Layer.CreateAnonymous("nodes.usda")
-    into = tuple(one for one in graph.connections if one.target.rpartition(".")[0] in names)
-    with Sdf.ChangeBlock():
-        for node in graph.nodes:
-            if node.name in names:
-                prim = _defined(layer, f"{graph.path}/{node.name}", "OmniGraphNode", "Scope")
-                NodeWriter(prim, node, registry).write()
-        notes = Links(FileSpec(graphs=(graph,)), registry).write(layer, replace(graph, connections=into))
-    return layer, {(one.source, one.target): note for one, note in zip(into, notes, strict=True)}
-
-
 def _refuse_clashes(spec: FileSpec) -> None:
 
     owner: dict[str, str] = {}
@@ -133,10 +112,21 @@ def _scene(layer: Any, spec: FileSpec, folder: Path) -> None:
 
 
 def _graph(layer: Any, graph: GraphSpec, links: Links, documentation: Mapping[str, str], registry: Registry) -> None:
+    prim = defined(layer, graph.path, "OmniGraph", "" if layer.subLayerPaths else "Xform")
+    _document(prim, documentation.get(graph.path, ""))
+    write_settings(prim, graph)
+    write_variables(prim, graph.variables)
+    for node in graph.nodes:
+        node_prim = defined(layer, f"{graph.path}/{node.name}", "OmniGraphNode", "Scope")
+        _document(node_prim, documentation.get(f"{graph.path}/{node.name}", ""))
+        NodeWriter(node_prim, node, registry).write()
+    note_graph(prim, graph, links.write(layer, graph))
+
+
+def write_settings(prim: Any, graph: GraphSpec) -> None:
+    """Writes how and when a graph is evaluated."""
     from graph.sim.usd import Gf, Sdf
 
-    prim = _defined(layer, graph.path, "OmniGraph", "" if layer.subLayerPaths else "Xform")
-    _document(prim, documentation.get(graph.path, ""))
     for name, kind, value in (
         ("evaluationMode", Sdf.ValueTypeNames.Token, graph.evaluation_mode.capitalize()),
         ("evaluator:type", Sdf.ValueTypeNames.Token, _EVALUATORS[graph.evaluator]),
@@ -144,17 +134,20 @@ def _graph(layer: Any, graph: GraphSpec, links: Links, documentation: Mapping[st
         ("fileFormatVersion", Sdf.ValueTypeNames.Int2, Gf.Vec2i(1, 9)),
         ("pipelineStage", Sdf.ValueTypeNames.Token, _STAGES[graph.pipeline_stage]),
     ):
-        Sdf.AttributeSpec(prim, name, kind).default = value
-    for name, variable in graph.variables.items():
+        (prim.attributes.get(name) or Sdf.AttributeSpec(prim, name, kind)).default = value
+
+
+def write_variables(prim: Any, variables: Mapping[str, VariableSpec]) -> None:
+    """Writes variables that the prim of a graph does not have yet."""
+    for name, variable in variables.items():
         attribute = write_value(prim, f"graph:variable:{name}", variable.type, variable.value, note_type=True)
         attribute.displayName = name
         attribute.customData = {**attribute.customData, "scope": "private"}
-    for node in graph.nodes:
-        node_prim = _defined(layer, f"{graph.path}/{node.name}", "OmniGraphNode", "Scope")
-        _document(node_prim, documentation.get(f"{graph.path}/{node.name}", ""))
-        NodeWriter(node_prim, node, registry).write()
-    notes = links.write(layer, graph)
-    ours: dict[str, Any] = {"connections": custom_data.texts(notes)}
+
+
+def note_graph(prim: Any, graph: GraphSpec, links: Sequence[str]) -> None:
+    """Records what the prims do not say; links: the records of the connections, see `written_links`."""
+    ours: dict[str, Any] = {"connections": custom_data.texts(links)}
     if graph.saved:
         ours["lenient"] = True
     if len(graph.variables) > 1:
@@ -188,13 +181,13 @@ def _document(spec: Any, text: str) -> None:
         spec.documentation = text
 
 
-def _defined(layer: Any, path: str, type_name: str, parent_type: str) -> Any:
+def defined(layer: Any, path: str, type_name: str, parent_type: str) -> Any:
     """The defining prim at `path`; missing parents are created as `parent_type`s."""
     from graph.sim.usd import Sdf
 
     parent, _, _ = path.rpartition("/")
     if parent and layer.GetPrimAtPath(parent) is None:
-        _defined(layer, parent, parent_type, parent_type)
+        defined(layer, parent, parent_type, parent_type)
     prim = Sdf.CreatePrimInLayer(layer, path)
     prim.specifier = Sdf.SpecifierDef
     if type_name:

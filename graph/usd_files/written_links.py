@@ -65,7 +65,7 @@ class Links:
                 home, node = self._nodes[path]
                 full = self._full_name(path, node, attribute, side)
                 declared = self._attributes(path, node).get(full)
-                return _End(f"{path}.{full}", home.path, node.name, full, _type_name(declared))
+                return _End(f"{path}.{full}", home.path, node.name, full, usd_type_name(declared))
         return None
 
     def _attributes(self, path: str, node: NodeSpec) -> Mapping[str, Attribute]:
@@ -84,7 +84,8 @@ class Links:
         return next((full for p in prefixes if (full := f"{p}:{written}") in known), f"{prefixes[0]}:{written}")
 
 
-def _type_name(declared: Attribute | None) -> str:
+def usd_type_name(declared: Attribute | None) -> str:
+    """The OGN type of an attribute as USD holds it: "token" if that is open or unknown."""
     if declared is None or isinstance(declared.parsed, Extended):
         return "token"
     return declared.parsed.name
@@ -98,7 +99,7 @@ def _connect(layer: Any, source: _End, target: _End) -> bool:
     path = Sdf.Path(target.path)
     prop = layer.GetPropertyAtPath(path)
     if prop is None:
-        prop = _added(layer, source, target)
+        prop = fed_property(layer.GetPrimAtPath(path.GetPrimPath()), target.name, source.type)
     if isinstance(prop, Sdf.RelationshipSpec):
         items = prop.targetPathList.explicitItems
     else:
@@ -110,17 +111,16 @@ def _connect(layer: Any, source: _End, target: _End) -> bool:
     return True
 
 
-def _added(layer: Any, source: _End, target: _End) -> Any:
-    """A destination that the node's type does not declare: it takes the type of its source."""
+def fed_property(prim: Any, name: str, source_type: str) -> Any:
+    """A new destination that the node's type does not declare: it takes the OGN type of its source."""
     from graph.sim.usd import Sdf
     from graph.values.types import TYPES
 
-    prim = layer.GetPrimAtPath(Sdf.Path(target.path).GetPrimPath())
-    type_: Type = TYPES.get(source.type, TYPES["token"])
+    type_: Type = TYPES.get(source_type, TYPES["token"])
     if sdf_name(type_) == "rel":
-        prop = Sdf.RelationshipSpec(prim, target.name)
+        prop = Sdf.RelationshipSpec(prim, name)
     else:
-        prop = Sdf.AttributeSpec(prim, target.name, Sdf.ValueTypeNames.Find(sdf_name(type_)))
+        prop = Sdf.AttributeSpec(prim, name, Sdf.ValueTypeNames.Find(sdf_name(type_)))
         if type_.storage == "execution":
             prop.customData = EXECUTION
     prop.custom = True

@@ -20,7 +20,7 @@ from graph.session.runner import graphs_of
 
 from . import editing
 from .enums import AttributePortType, ExtendedAttributeType, GraphPipelineStage
-from .handles import MODES, STAGES, Attribute, Graph, IVariable, Node, NodeType, node_or_none
+from .handles import MODES, STAGES, Attribute, Graph, IVariable, Node, NodeType, follow, node_or_none
 from .types import UNKNOWN, AttributeType, Type
 
 _UNGIVEN: Any = object()
@@ -38,12 +38,6 @@ def present() -> GraphSet:
     if (prims := mirror()) is not None:
         prims.sync()
     return graphs_of(app)
-
-
-def written(path: str) -> None:
-    """A graph has been edited: its prims follow."""
-    if (prims := mirror()) is not None:
-        prims.write(path)
 
 
 class ObjectLookup:
@@ -252,7 +246,6 @@ class Controller(ObjectLookup, DataView):
             if graphs.app is not None and graphs.app.parity == "isaacsim-6.0.1" and graphs.latest(path) is None:
                 editing.one_by_one(editor, target, commands)
             raise
-        written(graph.path)
         made = {name: Node(graphs, node.path) for name, node in short.items()}
         names.update(there | made)
         order = [*there.values(), *(Node(graphs, node.path) for node in nodes)]
@@ -260,20 +253,17 @@ class Controller(ObjectLookup, DataView):
 
     @OnEither
     def create_graph(self: Any, graph_id: Any, *_: Any, **__: Any) -> Any:
-        made = Graph(present(), OurController(graphs=present()).create_graph(_settings(graph_id)).path)
-        written(made.path)
-        return made
+        return Graph(present(), OurController(graphs=present()).create_graph(_settings(graph_id)).path)
 
     @OnEither
     def delete_graph(self: Any, graph_id: Any, *_: Any, **__: Any) -> None:
         OurController(graphs=present()).delete_graph(_settings(graph_id))
-        written(find.graph_path(_settings(graph_id)))
+        follow(find.graph_path(_settings(graph_id)))
 
     @OnEither
     def create_node(self: Any, node_id: Any, node_type_id: Any, allow_exists: bool = False, *_: Any, **__: Any) -> Any:
         kind = str(getattr(node_type_id, "id", node_type_id))
         made = OurController(graphs=present()).create_node(_bare(node_id), kind, allow_exists)
-        written(made.graph.path)
         return Node(present(), made.path)
 
     @OnEither
@@ -283,11 +273,7 @@ class Controller(ObjectLookup, DataView):
         if isinstance(node_id, list):
             each = [Controller.delete_node(one, graph_id, ignore_if_missing) for one in node_id]
             return all(each)
-        found = find.node(present(), _bare(node_id), _bare(graph_id), missing=True)
-        done = OurController(graphs=present()).delete_node(_bare(node_id), _bare(graph_id), ignore_if_missing)
-        if found is not None:
-            written(found.graph.path)
-        return done
+        return OurController(graphs=present()).delete_node(_bare(node_id), _bare(graph_id), ignore_if_missing)
 
     @OnEither
     def create_variable(
@@ -297,7 +283,6 @@ class Controller(ObjectLookup, DataView):
         if allow_exists and (found := graph.find_variable(name)) is not None:
             return found
         OurController(graphs=present()).create_variable(graph.path, name, editing.kind_name(var_type))
-        written(graph.path)
         return IVariable(graph, name)
 
     @OnEither
@@ -363,18 +348,15 @@ class Controller(ObjectLookup, DataView):
     @OnEither
     def connect(self: Any, src_spec: Any, dst_spec: Any, *_: Any, **__: Any) -> None:
         OurController(graphs=present()).connect(_end(self, src_spec), _end(self, dst_spec))
-        written(find.graph_of_end(present(), _end(self, dst_spec)).path)
 
     @OnEither
     def disconnect(self: Any, src_spec: Any, dst_spec: Any, *_: Any, **__: Any) -> None:
         OurController(graphs=present()).disconnect(_end(self, src_spec), _end(self, dst_spec))
-        written(find.graph_of_end(present(), _end(self, dst_spec)).path)
 
     @OnEither
     def disconnect_all(self: Any, attribute_spec: Any, *_: Any, **__: Any) -> None:
         found = ObjectLookup.attribute(attribute_spec)
         editing.disconnect_all(present(), found.path)
-        written(found.get_node().get_graph().path)
 
     @OnEither
     def evaluate_sync(self: Any, graph_id: Any = None) -> None:

@@ -14,7 +14,7 @@ from graph.isaac.og.names import node_text
 from graph.spec.file_spec import GraphSpec
 
 from .enums import AttributePortType, ExtendedAttributeType
-from .handles import Attribute, Handle, Node, tell_changed
+from .handles import Attribute, Handle, Node, follow, tell_changed
 
 _PREFIXES = {AttributePortType.INPUT: "inputs", AttributePortType.OUTPUT: "outputs", AttributePortType.STATE: "state"}
 
@@ -93,7 +93,7 @@ def create_attribute(
     node._edit.edit(node.ours.graph, {Controller.Keys.CREATE_ATTRIBUTES: [(f"{node.path}.{full}", text)]})
     made = Attribute(node, full)
     if value is not None:
-        set_value(made, value)
+        made.set(value)
     return made
 
 
@@ -175,6 +175,7 @@ def _respecify(graphs: GraphSet, path: str, change: Any) -> None:
         graphs.apply([change(graphs.current_spec(path))], {})
     except UserError as error:
         raise OmniGraphError(error.problems) from None
+    follow(path)
 
 
 def split_existing(

@@ -103,6 +103,7 @@ class Graph(Handle):
 
     def change_pipeline_stage(self, newPipelineStage: Any) -> None:
         self.ours.change_pipeline_stage(STAGES.get(newPipelineStage, newPipelineStage))
+        follow(self.path)
 
     def get_evaluator_name(self) -> str:
         return str(self.ours.evaluator)
@@ -117,6 +118,7 @@ class Graph(Handle):
 
         spec = self._graphs.current_spec(self.path)
         self._graphs.apply([replace(spec, evaluation_mode=MODES[GraphEvaluationMode(mode)])], {})  # type: ignore[arg-type]
+        follow(self.path)
 
     def get_graph_backing_type(self) -> GraphBackingType:
         return GraphBackingType(GraphBackingType.GRAPH_BACKING_TYPE_FABRIC_WITHOUT_HISTORY)
@@ -132,15 +134,11 @@ class Graph(Handle):
 
     def create_node(self, path: str, node_type: Any, use_usd: bool = True) -> Node:
         full = path if str(path).startswith("/") else f"{self.path}/{path}"
-        made = Node(self._graphs, self._edit.create_node(full, getattr(node_type, "id", node_type)).path)
-        follow(self.path)
-        return made
+        return Node(self._graphs, self._edit.create_node(full, getattr(node_type, "id", node_type)).path)
 
     def destroy_node(self, node_path: str, update_usd: bool = True) -> bool:
         full = node_path if str(node_path).startswith("/") else f"{self.path}/{node_path}"
-        done = self._edit.delete_node(full, ignore_if_missing=True)
-        follow(self.path)
-        return done
+        return self._edit.delete_node(full, ignore_if_missing=True)
 
     def rename_node(self, path: str, new_path: str) -> bool:
         from .editing import rename_node
@@ -408,7 +406,7 @@ class Attribute(Handle):
         set_value(self, value)
         if not self.full_name.startswith("outputs:") and (prims := mirror()) is not None:
             ours = self.ours
-            prims.set(ours.node, ours.full_name)
+            prims.set_value(ours.node, ours.full_name)
         return True
 
     def set_default(self, value: Any, on_gpu: bool = False) -> bool:
@@ -486,12 +484,10 @@ class Attribute(Handle):
 
     def connect(self, path: Any, modify_usd: bool = True) -> bool:
         self._edit.connect(self.path, getattr(path, "path", path))
-        follow(self._node.ours.graph.path)
         return True
 
     def disconnect(self, attribute: Any, modify_usd: bool = True) -> bool:
         self._edit.disconnect(self.path, getattr(attribute, "path", attribute))
-        follow(self._node.ours.graph.path)
         return True
 
     def get_upstream_connections(self) -> list[Attribute]:
@@ -739,7 +735,7 @@ def node_or_none(graphs: GraphSet, path: str) -> Node | None:
 
 
 def follow(path: str) -> None:
-    """A graph has been edited: its prims follow."""
+    """A graph was changed, not by an edit: its prims follow."""
     if (prims := mirror()) is not None:
         prims.write(path)
 

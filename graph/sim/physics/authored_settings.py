@@ -103,7 +103,7 @@ def check_settings(stage: Any, warn: Warn, *, mirrors: bool = False) -> None:
 
 
 def _prims(stage: Any) -> Iterator[Any]:
-    """Every prim; prims that instances share only once."""
+    """Every prim outside of graphs; prims that instances share only once."""
     seen = set()
     prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), Usd.TraverseInstanceProxies()))
     for prim in prims:
@@ -112,7 +112,10 @@ def _prims(stage: Any) -> Iterator[Any]:
             if prototype in seen:
                 prims.PruneChildren()
             seen.add(prototype)
-        yield prim
+        if prim.GetTypeName() == "OmniGraph":  # its nodes have states, and no physics
+            prims.PruneChildren()
+        else:
+            yield prim
 
 
 def _look(

@@ -109,3 +109,75 @@ print(og.get_node_by_path("/World/G/odd"), og.Controller.get("/World/G/clock.inp
 """)
     assert lines == ["None good"]
     assert "stage-edit-refused: /World/G" in err
+
+
+def test_unset_inputs_have_their_defaults_on_the_stage_and_a_cleared_one_gets_it_back(printed):
+    lines, _ = printed("""
+topic = clock.GetAttribute("inputs:topicName")
+default = og.Controller.node("/World/G/clock").get_attribute("inputs:queueSize").get()
+print(clock.GetAttribute("inputs:queueSize").Get() == default, topic.Get())
+topic.Clear()
+print(og.Controller.get("/World/G/clock.inputs:topicName"))
+topic.Set("again")
+print(og.Controller.get("/World/G/clock.inputs:topicName"))
+""")
+    assert lines == ["True a", "clock", "again"]
+
+
+def test_a_node_that_comes_back_on_the_stage_is_connected_again(printed):
+    lines, _ = printed("""
+count = stage.GetPrimAtPath("/World/G/count")
+tick = stage.GetPrimAtPath("/World/G/tick")
+tick.SetActive(False)
+sources = lambda: og.Controller.attribute("/World/G/count.inputs:execIn").get_upstream_connections()
+print([one.get_path() for one in sources()])
+tick.SetActive(True)
+print([one.get_path() for one in sources()])
+run(2)
+print(og.Controller.get("/World/G/count.outputs:count"))
+""")
+    assert lines == ["[]", "['/World/G/tick.outputs:tick']", "2"]
+
+
+def test_attributes_that_a_script_adds_to_the_prim_of_a_node_outlast_edits(printed):
+    lines, _ = printed("""
+clock.CreateAttribute("ui:note", Sdf.ValueTypeNames.String).Set("mine")
+og.Controller.edit("/World/G", {
+    keys.CONNECT: [("tick.outputs:tick", "clock.inputs:execIn")],
+    keys.SET_VALUES: [("clock.inputs:topicName", "b")],
+})
+print(clock.GetAttribute("ui:note").Get(), clock.GetAttribute("inputs:topicName").Get())
+print(clock.GetAttribute("inputs:execIn").GetConnections())
+og.Controller.disconnect("/World/G/tick.outputs:tick", "/World/G/clock.inputs:execIn")
+print(clock.GetAttribute("inputs:execIn").GetConnections())
+""")
+    assert lines == ["mine b", "[Sdf.Path('/World/G/tick.outputs:tick')]", "[]"]
+
+
+def test_what_was_edited_while_playing_is_on_the_stage_after_the_stop(printed):
+    lines, _ = printed("""
+run(1)
+og.Controller.delete_node("/World/G/count")
+og.Controller.edit("/World/G", {
+    keys.CREATE_NODES: [("late", "omni.graph.action.Counter")],
+    keys.CONNECT: [("tick.outputs:tick", "late.inputs:execIn")],
+    keys.CREATE_VARIABLES: [("speed", "double", 2.0)],
+})
+og.Controller.edit("/World/H", {keys.CREATE_NODES: [("tick", "omni.graph.action.OnPlaybackTick")]})
+clock.GetAttribute("inputs:topicName").Set("onStage")
+app.update()
+timeline.stop()
+app.update()
+graph = stage.GetPrimAtPath("/World/G")
+print(*([prim.GetName() for prim in one.GetChildren()] for one in (graph, stage.GetPrimAtPath("/World/H"))))
+print(stage.GetAttributeAtPath("/World/G/late.inputs:execIn").GetConnections())
+print(graph.GetAttribute("graph:variable:speed").Get(), clock.GetAttribute("inputs:topicName").Get())
+run(2)
+print(og.Controller.get("/World/G/late.outputs:count"))
+""")
+    assert lines == [
+        "['tick', 'clock', 'late'] ['tick']",
+        "[Sdf.Path('/World/G/tick.outputs:tick')]",
+        "2.0 onStage",
+        "2",
+    ]
