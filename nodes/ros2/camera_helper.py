@@ -185,7 +185,7 @@ def _message(
     make: Callable[[Reading], Any], annotator: Annotator, frame_id: str, unit: float, settings: Any, frame: Any, at: int
 ) -> Any:
     chosen = (bool(settings.get(key)) for key in (keys.BOXES_IN_WORLD, keys.CLOUD_OF_CORNERS))
-    return make(Reading(frame, annotator.get_data(), at, frame_id, unit, *chosen))
+    return make(Reading(frame, annotator.get_data, at, frame_id, unit, *chosen))
 
 
 def _labels(annotator: Annotator, frame: Any, at: int) -> Any:

@@ -30,15 +30,20 @@ PINHOLE: tuple[str, Sequence[float]] = "plumb_bob", (0.0,) * 5
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """The data of one message: a frame, its annotator's data, the stamp [ns], the frame id."""
+    """The data of one message: a frame, what reads its annotator's data, the stamp [ns], the frame id."""
 
     frame: Frame
-    found: Any
+    read: Callable[[], Any]
     nanoseconds: int
     frame_id: str
     meters_per_unit: float
     boxes_in_world: bool
     cloud_of_corners: bool
+
+    @property
+    def found(self) -> Any:
+        """The annotator's data."""
+        return self.read()
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,11 +64,17 @@ def _each(make: Callable[[Reading], Any]) -> Callable[[], Callable[[Reading], An
     return lambda: make
 
 
+def _colours(reading: Reading) -> Any:
+    """The frame's own colours; the annotator's have an alpha."""
+    data = reading.frame.channel("rgb")
+    height, width = data.shape[:2]
+    return image(reading.nanoseconds, reading.frame_id, width, height, "rgb8", data)
+
+
 def _image(encoding: str) -> Callable[[Reading], Any]:
     def make(reading: Reading) -> Any:
-        data = reading.found["data"] if isinstance(reading.found, dict) else reading.found
-        if encoding == "rgb8":
-            data = data[:, :, :3]
+        found = reading.found
+        data = found["data"] if isinstance(found, dict) else found
         height, width = data.shape[:2]
         return image(reading.nanoseconds, reading.frame_id, width, height, encoding, data)
 
@@ -152,7 +163,7 @@ def _solid_boxes(reading: Reading) -> Any:
 
 
 MESSAGES: Mapping[str, CameraMessage] = {
-    "rgb": CameraMessage(IMAGE, "rgb", _each(_image("rgb8"))),
+    "rgb": CameraMessage(IMAGE, "rgb", _each(_colours)),
     "rgb_h264": CameraMessage(COMPRESSED, "rgb", H264),
     "depth": CameraMessage(IMAGE, "distance_to_image_plane", _each(_image("32FC1"))),
     "depth_pcl": CameraMessage(POINT_CLOUD, "distance_to_camera", _each(_cloud)),

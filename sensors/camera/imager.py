@@ -27,6 +27,7 @@ from .smooth import smooth_surfaces, smoothen
 from .view import View, look
 
 if TYPE_CHECKING:
+    from sensors.device.camera import DeviceCamera
     from sensors.raycast.world import CastWorld
 
     from .drawn import DrawnCamera
@@ -64,6 +65,7 @@ class Imager(Model["CameraRuntime"]):
         self._rays: CameraRays | None = None
         self._pictures: Pictures | None = None
         self._drawn: DrawnCamera | None = None
+        self._device: DeviceCamera | None = None
         self._before: Instant | None = None
         self._kept: _Kept | None = None
         self._between: tuple[CastWorld, frozenset[str], Shadows] | None = None
@@ -96,17 +98,26 @@ class Imager(Model["CameraRuntime"]):
     ) -> _Kept:
         """The images of a tick, drawn or cast; without the colours that have noise, but with their light."""
         images: Images = []
-        light, cast = None, wanted
+        light, by_rays, cast = None, None, wanted
+        noisy = self._app.fidelity.camera_noise
         if wanted & DRAWN and self._draws():
             images, light = self._draw(tick, pose, wanted & DRAWN)
             cast = wanted - DRAWN
+        colours = cast & LIT
+        if colours and (shaded := self._shaded(tick, pose, lines, light=noisy or HDR in colours)) is not None:
+            cast = cast - LIT
+            if shaded.dtype == np.uint8:
+                images.append((RGB, shaded))
+            else:
+                by_rays = shaded
         if cast:
-            found, by_rays = self._cast(tick, cast, pose, lines)
+            found, seen = self._cast(tick, cast, pose, lines)
             images += found
-            light = by_rays if RGB in cast else light
-            if by_rays is not None and HDR in cast:
+            by_rays = by_rays if seen is None else seen
+        if by_rays is not None:
+            light = by_rays if RGB in colours else light
+            if HDR in colours:
                 images.append((HDR, np.clip(by_rays, 0, MOST_HALF).astype(np.float16)))
-        noisy = self._app.fidelity.camera_noise
         if light is not None and RGB in wanted and not noisy:
             images.append((RGB, self._picture(light)))
         arrays = {name: self._locked(name, array) for name, array in images}
@@ -191,6 +202,27 @@ class Imager(Model["CameraRuntime"]):
                 app.warn("lights-left-out", self._path, f"{said}; camera.backend=rays shows all")
             light = drawn.radiance(view, pose, lighting)
         return images, light
+
+    def _shaded(self, tick: Tick, pose: np.ndarray, lines: LineExposure | None, *, light: bool) -> np.ndarray | None:
+        """The colours (n, 3) of each pixel as the App's device shades them: uint8, or float32 [nit] of `light`; None
+        where it cannot.
+        """
+        app, colours = self._app, self._colours()
+        world = cast_world(app)
+        if world.device is None or lines is not None or self._sensor.group or colours.samples > 1:
+            return None
+        from sensors.device.camera import DeviceCamera
+        from sensors.device.world import DeviceWorld
+
+        if not isinstance(world, DeviceWorld) or smooth_surfaces(app, world):
+            return None
+        if self._device is None or self._device.world is not world:
+            self._device = DeviceCamera(world, self._config, self._exclude, looks_of(app, world))
+        lighting = colours.lighting(app, world, pose, tick.poses)
+        if not self._device.fits(lighting):
+            return None
+        aces = app.settings.get(CAMERA_TONE) == TONE_ACES
+        return self._device.shade(pose, tick.poses, lighting, light=light, aces=aces)
 
     def _cast(
         self, tick: Tick, wanted: frozenset[str], pose: np.ndarray, lines: LineExposure | None

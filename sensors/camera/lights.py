@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -82,7 +83,7 @@ def light_prims(stage: Any) -> list[Any]:
 
 
 def read_lighting(
-    prims: list[Any],
+    inputs: list[LightInputs],
     images: LightImages,
     matrix_of: Callable[[str], np.ndarray],
     unit: float,
@@ -94,11 +95,10 @@ def read_lighting(
     origin: of the camera, (3,) float64 [m]. warn: gets `light-not-modelled`, `texture-not-read`, `bad-transform`.
     """
     lights, sky, skies = [], np.zeros(3, np.float32), []
-    for prim in prims:
-        values = _Inputs(prim)
-        if not values.visible():
+    for values in inputs:
+        if not values.visible:
             continue
-        kind, path = str(prim.GetTypeName()), str(prim.GetPath())
+        prim, kind, path = values.prim, values.kind, values.path
         placed = matrix_of(path)
         if not np.isfinite(placed).all():
             warn("bad-transform", path, "its transform is not finite; it gives no light")
@@ -180,7 +180,7 @@ def _dot(axis: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     return np.asarray(axis[0] * vectors[0] + axis[1] * vectors[1] + axis[2] * vectors[2])
 
 
-def _distant(values: _Inputs, pose: np.ndarray) -> Light:
+def _distant(values: LightInputs, pose: np.ndarray) -> Light:
     """Shines along its -z. Without `omni:rtx:usdluxVersion` from 2505 on its intensity is in lux, as RTX has it."""
     color = values.radiance()
     if not values.normalized() and values.number("omni:rtx:usdluxVersion") >= 2505:
@@ -189,7 +189,7 @@ def _distant(values: _Inputs, pose: np.ndarray) -> Light:
     return Light(color, towards, towards[None], towards, far=True)
 
 
-def _sphere(values: _Inputs, matrix: np.ndarray) -> Light:
+def _sphere(values: LightInputs, matrix: np.ndarray) -> Light:
     """pi L (r / d)^2 cos: a point of intensity pi L r^2."""
     radius = values.input("radius", 0.5) * _lengths(matrix).mean()
     area = 4 * np.pi * radius**2
@@ -198,7 +198,7 @@ def _sphere(values: _Inputs, matrix: np.ndarray) -> Light:
     return Light(values.radiance() * np.float32(power), place, place[None], axis, cone=values.cone())
 
 
-def _rect(values: _Inputs, matrix: np.ndarray) -> Light:
+def _rect(values: LightInputs, matrix: np.ndarray) -> Light:
     width, height = values.input("width", 1.0), values.input("height", 1.0)
     steps = (np.arange(STRATA) + 0.5) / STRATA - 0.5
     local = np.array([(x * width, y * height, 0.0) for y in steps for x in steps])
@@ -206,7 +206,7 @@ def _rect(values: _Inputs, matrix: np.ndarray) -> Light:
     return _area(values, matrix, local, width * height * lengths[0] * lengths[1])
 
 
-def _disk(values: _Inputs, matrix: np.ndarray) -> Light:
+def _disk(values: LightInputs, matrix: np.ndarray) -> Light:
     """Rings of equal area, each of as many patches."""
     radius = values.input("radius", 0.5)
     rings = radius * np.sqrt((np.arange(STRATA) + 0.5) / STRATA)
@@ -216,7 +216,7 @@ def _disk(values: _Inputs, matrix: np.ndarray) -> Light:
     return _area(values, matrix, local, np.pi * radius**2 * lengths[0] * lengths[1])
 
 
-def _cylinder(values: _Inputs, matrix: np.ndarray) -> Light:
+def _cylinder(values: LightInputs, matrix: np.ndarray) -> Light:
     """Points along its axis (x), each as bright as the strip that a piece of it is from the side; its ends are dark."""
     radius, length = values.input("radius", 0.5), values.input("length", 1.0)
     lengths = _lengths(matrix)
@@ -229,7 +229,7 @@ def _cylinder(values: _Inputs, matrix: np.ndarray) -> Light:
     return Light(color, place, _placed(matrix, local), _unit(matrix[:3, 0]), long=True)
 
 
-def _area(values: _Inputs, matrix: np.ndarray, local: np.ndarray, area: float) -> Light:
+def _area(values: LightInputs, matrix: np.ndarray, local: np.ndarray, area: float) -> Light:
     share = np.float32((1.0 if values.normalized() else area) / len(local))
     place, axis = matrix[:3, 3].astype(np.float32), -_unit(matrix[:3, 2])
     return Light(values.radiance() * share, place, _placed(matrix, local), axis, flat=True, cone=values.cone())
@@ -238,7 +238,7 @@ def _area(values: _Inputs, matrix: np.ndarray, local: np.ndarray, area: float) -
 _SHAPES = {"SphereLight": _sphere, "RectLight": _rect, "DiskLight": _disk, "CylinderLight": _cylinder}
 
 
-def _textured(light: Light, values: _Inputs, matrix: np.ndarray, images: LightImages, warn: Warn) -> list[Light]:
+def _textured(light: Light, values: LightInputs, matrix: np.ndarray, images: LightImages, warn: Warn) -> list[Light]:
     """A rectangle with its texture: a projector throws it, any other shines as its mean does."""
     if values.projects():
         slide = images.slide(values.prim, warn)
@@ -266,30 +266,39 @@ def _unit(vector: np.ndarray) -> np.ndarray:
 _Z_ON_TOP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
 
 
-class _Inputs:
-    """The attributes of a light."""
+class LightInputs:
+    """The attributes of a light, each read from the stage once."""
 
     def __init__(self, prim: Usd.Prim) -> None:
         self.prim = self._prim = prim
+        self.kind, self.path = str(prim.GetTypeName()), str(prim.GetPath())
+        self._known: dict[str, Any] = {}
 
     def _get(self, name: str) -> Any:
-        attribute = self._prim.GetAttribute(name)
-        return attribute.Get() if attribute else None
+        if name not in self._known:
+            attribute = self._prim.GetAttribute(name)
+            self._known[name] = attribute.Get() if attribute else None
+        return self._known[name]
 
     def number(self, name: str, default: float = 0.0) -> float:
+        """The value of an attribute, or the default where it has none."""
         found = numbers_of(self._get(name), 1)
         return found[0] if found else default
 
     def text(self, name: str) -> str:
+        """The text of a token or an asset."""
         return text_of(self._prim.GetAttribute(name))
 
     def input(self, name: str, default: float) -> float:
+        """The value of an input of UsdLux."""
         return self.number(f"inputs:{name}", default)
 
     def projects(self) -> bool:
+        """Whether it throws its texture as a picture."""
         return bool(self._get("isProjector"))
 
     def normalized(self) -> bool:
+        """Whether its intensity is that of the whole light, whatever its size."""
         return bool(self._get("inputs:normalize"))
 
     def pole(self) -> np.ndarray:
@@ -306,7 +315,9 @@ class _Inputs:
         found = np.array(numbers_of(self._get("mjc:headlight"), 3) or (0.0,) * 3)
         return np.asarray(np.clip(found, 0.0, BRIGHTEST), np.float32)
 
+    @cached_property
     def visible(self) -> bool:
+        """Whether it is not hidden."""
         from graph.sim.usd import UsdGeom
 
         imageable = UsdGeom.Imageable(self._prim)

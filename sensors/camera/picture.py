@@ -14,7 +14,7 @@ from .config import CameraConfig
 from .cutouts import see_through
 from .image_files import ImageFiles
 from .light_images import LightImages
-from .lights import Lighting, light_prims, read_lighting
+from .lights import Lighting, LightInputs, light_prims, read_lighting
 from .line_exposure import LineExposure
 from .looks import Looks, read_looks
 from .rays import CameraRays
@@ -88,11 +88,10 @@ class Pictures:
 
     def lighting(self, app: App, world: CastWorld, pose: np.ndarray, state: Any) -> Lighting:
         """The lights as they are in a state, as seen from a camera at `pose` (4, 4) float64 [m]."""
-        prims = _lights(app, world)
         if "camera light images" not in world.cache:
             world.cache["camera light images"] = LightImages(_files(app, world))
         lighting = read_lighting(
-            prims,
+            _light_inputs(app, world),
             world.cache["camera light images"],
             lambda path: app.fabric.world_matrix(path, state),
             app.meters_per_unit,
@@ -133,6 +132,15 @@ def _lights(app: App, world: CastWorld) -> list[Any]:
     if found is None:
         found = world.cache["camera lights"] = light_prims(app.stage)
     return found
+
+
+def _light_inputs(app: App, world: CastWorld) -> list[LightInputs]:
+    """What the stage says of each light; read again after an edit, and every time where edits are not watched."""
+    edits = None if app.live is None else app.live.watch.edits
+    known: tuple[int | None, list[LightInputs]] | None = world.cache.get("camera light inputs")
+    if known is None or edits is None or known[0] != edits:
+        known = world.cache["camera light inputs"] = edits, [LightInputs(prim) for prim in _lights(app, world)]
+    return known[1]
 
 
 def _files(app: App, world: CastWorld) -> ImageFiles:

@@ -51,6 +51,11 @@ class LensRays:
 _shared: Shared[tuple[Lens, tuple[float, float]], LensRays] = Shared()
 
 
+def lens_rays(lens: Lens, shift: tuple[float, float] = (0.0, 0.0)) -> LensRays:
+    """The rays of a lens. shift: where in its pixel a ray goes, from the middle [px]."""
+    return _shared.of((lens, shift), lambda: LensRays(lens, shift))
+
+
 class CameraRays:
     """One ray for each pixel, row by row.
 
@@ -61,7 +66,7 @@ class CameraRays:
 
     def __init__(self, lens: Lens, shift: tuple[float, float] = (0.0, 0.0)) -> None:
         """shift: where in its pixel a ray goes, from the middle [px]."""
-        self._lens = known = _shared.of((lens, shift), lambda: LensRays(lens, shift))
+        self._lens = known = lens_rays(lens, shift)
         self._local, self._origins = known.local, known.origins
         self.along, self.dark, self.wide = known.along, known.dark, known.wide
         count = self._local.shape[1]

@@ -131,7 +131,7 @@ def aces_curve(light: np.ndarray) -> np.ndarray:
 def srgb(light: np.ndarray) -> np.ndarray:
     """Linear light as bytes of sRGB (IEC 61966-2-1): 0 and below is 0, 1 and above 255."""
     out = np.empty(light.shape, np.uint8)
-    _encode(np.ravel(light), _TABLE, out.reshape(-1))
+    _encode(np.ravel(light), SRGB, out.reshape(-1))
     return out
 
 
@@ -148,4 +148,5 @@ def _table() -> np.ndarray:
     return np.floor(255 * curve + 0.5).astype(np.uint8)
 
 
-_TABLE = _table()
+SRGB = _table()
+"""(SHADE_LEVELS,) uint8, sRGB of light from 0 to 1."""

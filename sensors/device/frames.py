@@ -10,11 +10,15 @@ import numpy as np
 from graph.sim.devices import warp
 from sensors.channels import CHANNELS
 from sensors.gmo import ElementFlags
-from sensors.gmo.layout import AUX_ARRAYS, XYZ_CHANNELS, layout_of
+from sensors.gmo.layout import AUX_ARRAYS, ELEMENT_ARRAYS, HEADER, XYZ_CHANNELS
 from sensors.lidar.pattern import Pattern
 from sensors.lidar.returns import BEAM_CHANNELS
 
+from .replay import finish, host_array, on_host
 from .scan import DeviceScan
+
+FIRST = -(-HEADER.itemsize // 8) * 8
+"""Where in a block the arrays begin."""
 
 MEASURED = {"distance": 2, "beamDistance": 2, "xyz": 3, "hitNormals": 4, "scalar": 5, "velocities": 6}
 """Measured channels -> their numbers in the kernel `gather`."""
@@ -33,12 +37,12 @@ CONSTANT = {"flags": int(ElementFlags.VALID), "echoId": 0}
 class DeviceArrays(Mapping[str, np.ndarray]):
     """Channels of a frame in one block of bytes on a device; as a mapping they are NumPy arrays.
 
-    The block is copied to the host once, when the first of them is read. offsets: of the channels in the block; count:
-    of rows.
+    The block is copied to the host once, when the first of them is read. offsets: of the channels in the block; size:
+    of what is used of it; count: of rows.
     """
 
-    def __init__(self, block: Any, offsets: Mapping[str, int], count: int) -> None:
-        self._block, self._offsets, self._count = block, offsets, count
+    def __init__(self, block: Any, offsets: Mapping[str, int], size: int, count: int) -> None:
+        self._block, self._offsets, self._size, self._count = block, offsets, size, count
         self._host: np.ndarray | None = None
         self.fetched: dict[str, np.ndarray] = {}
         """Those that were read as NumPy arrays."""
@@ -48,7 +52,7 @@ class DeviceArrays(Mapping[str, np.ndarray]):
         if found is None:
             channel, begin = CHANNELS[name], self._offsets[name]
             if self._host is None:
-                self._host = self._block.numpy()
+                self._host = on_host(self._block, self._size)
             size = self._count * channel.width * channel.dtype.itemsize
             found = self.fetched[name] = self._host[begin : begin + size].view(channel.dtype).reshape(self._shape(name))
         return found
@@ -77,7 +81,9 @@ class DeviceArrays(Mapping[str, np.ndarray]):
         names = dict(zip("xyz", XYZ_CHANNELS[coords], strict=False))
         if any(self._offsets.get(names.get(name, name)) != begin for name, begin in offsets.items()):
             return None
-        return np.array(self._block[:size].numpy(), copy=not self._block.device.is_cuda)  # there it is a copy already
+        if self._host is not None or not self._block.device.is_cuda:
+            return np.array((self._block.numpy() if self._host is None else self._host)[:size])
+        return on_host(self._block, size)
 
 
 class DeviceFrames:
@@ -87,35 +93,30 @@ class DeviceFrames:
         from . import scan_kernels
 
         self.scan, self._pattern, self._tables, self._kernels = scan, pattern, tables, scan_kernels
+        self.gathering = scan_kernels.gather
         wp, device = warp(), scan.geometry.device
-        self._found, self._before, self._rows = (
-            wp.zeros(len(pattern), dtype=wp.int32, device=device) for _ in range(3)
-        )
+        self._found, self.before, self.rows = (wp.zeros(len(pattern), dtype=wp.int32, device=device) for _ in range(3))
+        self._total = host_array(device, 1, wp.int32)
+        self._count = self._total.numpy()
         self._plans: dict[frozenset[str], _Plan] = {}
 
-    def frame(self, channels: frozenset[str]) -> tuple[DeviceArrays, int]:
-        """The channels of the scan that was made last, without the firings that had no return; and the returns."""
-        wp, kernels, device = warp(), self._kernels, self.scan.geometry.device
-        size = self.scan.firings
+    def find(self) -> None:
+        """Numbers the firings of the scan that was made last which had a return."""
+        wp, kernels, device, size = warp(), self._kernels, self.scan.geometry.device, self.scan.firings
         wp.launch(kernels.mark, dim=size, inputs=[self.scan.channels.distance], outputs=[self._found], device=device)
-        wp.utils.array_scan(self._found, self._before, inclusive=True)
-        wp.launch(kernels.number, dim=size, inputs=[self._found, self._before, self._rows], device=device)
+        wp.utils.array_scan(self._found, self.before, inclusive=True)
+        wp.launch(kernels.number, dim=size, inputs=[self._found, self.before, self.rows], device=device)
+        wp.copy(self._total, self.before, src_offset=max(size - 1, 0), count=min(size, 1))
+
+    def frame(self, channels: frozenset[str]) -> tuple[DeviceArrays, int]:
+        """The channels of the firings that were found last, and their number."""
         plan = self._plans.get(channels)
         if plan is None:
             plan = self._plans[channels] = _Plan(self, channels)
-        count = int(self._before[size - 1 :].numpy()[0]) if size else 0
-        offsets, total = plan.offsets(count)
-        block = wp.zeros(total, dtype=wp.uint8, device=device)
-        if count:
-            places = wp.array([offsets[name] for name in plan.names], dtype=wp.int32, device=device)
-            wp.launch(
-                kernels.gather,
-                dim=(count, len(plan.names)),
-                inputs=[self._rows, self.scan.channels, *plan.tables, places],
-                outputs=[block],
-                device=device,
-            )
-        return DeviceArrays(block, offsets, count), count
+        block = plan.gather()
+        finish(self.scan.geometry.device)
+        count = int(self._count[0])
+        return DeviceArrays(block, *plan.offsets(count), count), count
 
     def of_firings(self, name: str) -> np.ndarray | None:
         """The rows (n, bytes) of a channel that only depends on the firing; None for another."""
@@ -130,10 +131,11 @@ class DeviceFrames:
 
 
 class _Plan:
-    """Where each of some channels comes from."""
+    """Where each of some channels comes from, and where in a block of bytes it goes."""
 
     def __init__(self, frames: DeviceFrames, channels: frozenset[str]) -> None:
         wp, device = warp(), frames.scan.geometry.device
+        self._device = device
         self.names: list[str] = []
         parts: tuple[list[np.ndarray], list[np.ndarray]] = ([], [])
         fields: list[tuple[int, int, int]] = []
@@ -152,30 +154,57 @@ class _Plan:
             else:
                 fields.append((source, 0, width))
             self.names.append(name)
-        columns = np.array(fields, np.int32).reshape(-1, 3).T
-        self.tables = [
+        axes = dict(zip("xyz", XYZ_CHANNELS["SPHERICAL"], strict=True))
+        aux = [name for name in AUX_ARRAYS if name in self.names]
+        known = [axes.get(name, name) for name in (*ELEMENT_ARRAYS, *aux)]
+        self._slots = {name: CHANNELS[name].width * CHANNELS[name].dtype.itemsize for name in (*known, *self.names)}
+        slot = {name: number for number, name in enumerate(self._slots)}
+        columns = [*np.array(fields, np.int32).reshape(-1, 3).T, [slot[name] for name in self.names]]
+        tables = [
             *(wp.array(_joined(part), dtype=wp.uint8, device=device) for part in parts),
-            *(wp.array(np.ascontiguousarray(column), dtype=wp.int32, device=device) for column in columns),
+            *(_integers(column, device) for column in (*columns, [*self._slots.values()])),
         ]
-        """The arguments of `gather` about the fields: rows of the firings and surfaces, sources, columns, widths."""
+        size = frames.scan.firings
+        self._most = self.offsets(size)[1]
+        block = wp.zeros(self._most, dtype=wp.uint8, device=device)
+        inputs = [frames.before, frames.rows, frames.scan.channels, *tables, FIRST]
+        self._kept = inputs  # the recorded launch holds their addresses only
+        self._launch = wp.launch(
+            frames.gathering,
+            dim=(size, len(self.names)),
+            inputs=inputs,
+            outputs=[block],
+            device=device,
+            record_cmd=True,
+        )
+        self._place = len(inputs)
+
+    def gather(self) -> Any:
+        """A new block with the channels of the firings that were found last."""
+        wp = warp()
+        block = wp.zeros(self._most, dtype=wp.uint8, device=self._device)
+        if self.names and self._most > FIRST:
+            self._launch.set_param_at_index(self._place, block)
+            self._launch.launch()
+        return block
 
     def offsets(self, count: int) -> tuple[dict[str, int], int]:
         """Where channels of `count` rows begin in a block, first as a GenericModelOutput has them; and its size."""
-        aux = [name for name in AUX_ARRAYS if name in self.names]
-        known, size = layout_of(count, aux)
-        axes = dict(zip("xyz", XYZ_CHANNELS["SPHERICAL"], strict=True))
-        found = {axes.get(name, name): begin for name, begin in known.items()}
-        for name in self.names:
-            if name not in found:
-                size = -(-size // 8) * 8
-                found[name] = size
-                size += count * CHANNELS[name].width * CHANNELS[name].dtype.itemsize
-        return {name: found[name] for name in self.names}, size
+        begins, size = {}, FIRST
+        for name, width in self._slots.items():
+            begins[name] = -(-size // 8) * 8
+            size = begins[name] + count * width
+        return {name: begins[name] for name in self.names}, size
 
 
 def _bytes(name: str, values: Any) -> np.ndarray:
     rows = np.ascontiguousarray(np.asarray(values, CHANNELS[name].dtype))
     return rows.reshape(len(rows), -1).view(np.uint8)
+
+
+def _integers(values: Any, device: Any) -> Any:
+    wp = warp()
+    return wp.array(np.ascontiguousarray(values, np.int32), dtype=wp.int32, device=device)
 
 
 def _joined(parts: Sequence[np.ndarray]) -> np.ndarray:

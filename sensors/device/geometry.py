@@ -70,7 +70,7 @@ class Geometry:
         flags[list(skip)] = 1
         self.skip = self._array(flags, np.uint8)
         self._bodies: Any = None
-        self._met: Any = None
+        self._met: dict[int, Any] = {}
 
     def _kept(self, number: int, bodies: np.ndarray, skip: frozenset[int]) -> bool:
         return bool(bodies[number] >= 0) or number not in skip
@@ -125,16 +125,19 @@ class Geometry:
         return rays
 
     def trace(self, rays: Any, due: Any, most: float) -> Any:
-        """What rays of the worlds `due` meet of the standing triangles, (w, n) on the device; the next call's room."""
+        """What rays of the worlds `due` meet of the standing triangles, (w, n) on the device; room of the next call
+        with as many rays.
+        """
         wp, shape = warp(), (self.worlds, len(rays.ways))
-        if self._met is None or self._met.shape != shape:
-            self._met = wp.zeros(shape, dtype=self._kernels.Rough, device=self.device)
+        met = self._met.get(shape[1])
+        if met is None:
+            met = self._met[shape[1]] = wp.zeros(shape, dtype=self._kernels.Rough, device=self.device)
         if self.ground.mesh:
-            inputs = [self.ground.mesh, rays, due, most, self._met]
+            inputs = [self.ground.mesh, rays, due, most, met]
             wp.launch(self._kernels.trace, dim=(len(due), shape[1]), inputs=inputs, device=self.device)
         else:
-            wp.launch(self._kernels.miss, dim=shape, inputs=[self._met], device=self.device)
-        return self._met
+            wp.launch(self._kernels.miss, dim=shape, inputs=[met], device=self.device)
+        return met
 
     # -- what is uploaded --------------------------------------------------------------------------------------------
 

@@ -234,6 +234,7 @@ def _measured(channels: Channels, field: wp.int32, ray: wp.int32, number: wp.int
 
 @wp.kernel
 def gather(
+    before: wp.array(dtype=wp.int32),
     rows: wp.array(dtype=wp.int32),
     channels: Channels,
     firings: wp.array2d(dtype=wp.uint8),
@@ -241,13 +242,25 @@ def gather(
     field: wp.array(dtype=wp.int32),
     column: wp.array(dtype=wp.int32),
     width: wp.array(dtype=wp.int32),
-    offset: wp.array(dtype=wp.int32),
+    slot: wp.array(dtype=wp.int32),
+    slots: wp.array(dtype=wp.int32),
+    first: wp.int32,
     block: wp.array(dtype=wp.uint8),
 ):
-    """Writes the fields of the firings `rows` into a block of bytes: field f of row r from offset + r width on."""
+    """Writes the fields of the firings `rows` into a block of bytes: field f of row r from its begin + r width on.
+
+    before: how many rows there are up to each firing. The arrays of the block have `slots` bytes a row and begin at
+    multiples of 8, from `first` on; slot: the number of each field's array.
+    """
     row, number = wp.tid()
+    count = before[before.shape[0] - 1]
+    if row >= count:
+        return
     ray, source, size = rows[row], field[number], width[number]
-    begin = offset[number] + row * size
+    begin = first
+    for array in range(slot[number]):
+        begin += (slots[array] * count + 7) // 8 * 8
+    begin += row * size
     if source == FIRING:
         for byte in range(size):
             block[begin + byte] = firings[ray, column[number] + byte]

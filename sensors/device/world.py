@@ -34,7 +34,7 @@ class DeviceWorld(CastWorld):
         return world
 
     @cached_property
-    def facets(self) -> CastWorld:
+    def facets(self) -> DeviceWorld:
         """See `CastWorld.facets`."""
         found = super().facets
         if found is self:
@@ -89,9 +89,20 @@ class DeviceWorld(CastWorld):
     def placed(self, geometry: Geometry, state: Any) -> Any:
         """Brings a geometry of this world to a state (None: now); its bodies about the anchor, on the device."""
         bodies = self.body_poses(state)
+        self.deform(geometry, state)
+        return geometry.place(None if bodies is None else bodies[None])
+
+    def deform(self, geometry: Geometry, state: Any) -> None:
+        """Brings the deforming meshes of a geometry of this world to a state."""
         if self.soft:
             geometry.deform({n: self.vertices(n, None, state) for n, soft in enumerate(self.deforming) if soft})
-        return geometry.place(None if bodies is None else bodies[None])
+
+    def write_bodies(self, out: np.ndarray, anchor: np.ndarray, state: Any) -> None:
+        """Writes the poses (b, 4, 4) float64 [m] of the bodies in a state, about an anchor (3,) [m]."""
+        bodies = self.body_poses(state)
+        if bodies is not None:
+            out[:] = bodies
+            out[:, :3, 3] -= anchor
 
     def _cast(self, rays: RayBundle, state: Any, *, normals: bool) -> tuple[Any, Any, Any]:
         from . import kernels

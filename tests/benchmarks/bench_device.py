@@ -130,6 +130,7 @@ def one_world(device: Any, rounds: int) -> Iterator[Row]:
 
     def gmo() -> None:
         scan.scan(bodies, still, still)
+        frames.find()
         arrays, count = frames.frame(channels)
         pose = FramePose(0, np.eye(4))
         pack(Frame(0, 0, pose, pose, count, arrays, config, aux_level=AuxLevel.FULL))
