@@ -107,7 +107,8 @@ MAY_IMPORT = {
 }
 """`names` are Isaac Sim's for the world; `face` is what users import of both: `from graph.sim import App`.
 
-No layer but the wings may import a wing; they are found by their declarations (`graph.base.plugins`).
+Wings are found by their declarations (`graph.base.plugins`). Only Isaac Sim's names for what a wing has import one, at
+their first use.
 """
 
 
@@ -118,6 +119,30 @@ def test_every_package_imports_only_downwards():
         for name, path in MODULES.items()
         for target, line in imports_of(name, path)
         if layer(target) != "foreign" and layer(target) not in MAY_IMPORT[layer(name)]
+        if not (name.startswith("graph.isaac.") and layer(target) == "wings")
+    ]
+    assert wrong == []
+
+
+def test_a_wing_is_imported_at_first_use():
+    """Isaac Sim's names for it are, so that all others work without it."""
+    wrong = [
+        f"{path.relative_to(ROOT)}:{line}"
+        for name, path in MODULES.items()
+        if layer(name) != "wings"
+        for target, line in imports_of(name, path, top_level_only=True)
+        if layer(target) == "wings"
+    ]
+    assert wrong == []
+
+
+def test_no_wing_imports_another():
+    wrong = [
+        f"{path.relative_to(ROOT)}:{line}: {target}"
+        for name, path in MODULES.items()
+        if layer(name) == "wings"
+        for target, line in imports_of(name, path, for_types=True)
+        if layer(target) == "wings" and room(target) not in (room(name), "wings")
     ]
     assert wrong == []
 

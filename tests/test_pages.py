@@ -9,7 +9,9 @@ from tests.support.places import PACKAGES, ROOT
 
 
 def folders(package):
-    return {path.name for path in (ROOT / package).iterdir() if path.is_dir() and path.name[0] not in "_."}
+    """Without those of which only Python's own files are left."""
+    rooms = (path for path in (ROOT / package).iterdir() if path.is_dir() and path.name[0] not in "_.")
+    return {path.name for path in rooms if any(one.name != "__pycache__" for one in path.iterdir())}
 
 
 def listed(page):

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, TypeVar
 
 from .entry_points import LARGEST, OWN, entry_points
 from .errors import UserError
@@ -44,6 +44,7 @@ _KINDS = {
 }
 _GROUP = re.compile(r'\[(?:project\.entry-points\.)?"?(tickgraph\.\w+)"?\]')
 _ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+T = TypeVar("T")
 _LOG = logging.getLogger("tickgraph.warnings")
 
 
@@ -95,33 +96,44 @@ def of_others(*groups: str) -> list[list[Plugin]]:
     return [[Plugin(group, entry.name, entry.value) for entry in entries] for group, entries in found]
 
 
-def load(group: str, name: str) -> Any | None:
-    """What a name of a group stands for; None if no package declares it.
+def names(group: str) -> list[str]:
+    """All names of a group, those of wings first."""
+    return list(dict.fromkeys([*of_wings(group), *(plugin.name for plugin in of_others(group)[0])]))
+
+
+def load(group: str, name: str, kind: type[T]) -> T | None:
+    """What a name of a group stands for, of that class; None if no package declares it.
 
     Raises PluginError, which names the package and the reason in one line, if it cannot be used.
     """
-    plugin, kind = of_wings(group).get(name), _KINDS[group]
+    plugin = of_wings(group).get(name)
     if plugin and plugin.absence:
-        raise PluginError(f"the {kind} {name} cannot be used: {plugin.absence}")
+        raise PluginError(f"the {_KINDS[group]} {name} cannot be used: {plugin.absence}")
+    plugin = plugin or next((one for one in of_others(group)[0] if one.name == name), None)
     if plugin is None:
-        plugin = next((one for one in of_others(group)[0] if one.name == name), None)
+        return None
     try:
-        return plugin and plugin.load()
+        return _of_class(plugin.load(), kind)
     except (Exception, SystemExit) as error:  # a third-party module may raise anything
-        assert plugin is not None
-        raise PluginError(f"the {kind} {name} ({plugin.value}) cannot be used: {failure_of(error)}") from error
+        raise PluginError(f"the {_KINDS[group]} {plugin} cannot be used: {failure_of(error)}") from error
 
 
-def loaded(group: str) -> Iterator[tuple[str, Any]]:
+def loaded(group: str, kind: type[T]) -> Iterator[tuple[str, T]]:
     """(name, what it stands for) of all that can be used, those of wings first; what is broken gives a warning."""
     wings = [plugin for plugin in of_wings(group).values() if not plugin.absence]
     for plugin in (*wings, *of_others(group)[0]):
         try:
-            thing = plugin.load()
+            thing = _of_class(plugin.load(), kind)
         except (Exception, SystemExit) as error:  # a third-party module may raise anything
             leave_out(plugin, error)
         else:
             yield plugin.name, thing
+
+
+def _of_class(thing: Any, kind: type[T]) -> T:
+    if not isinstance(thing, kind):
+        raise TypeError(f"it is of the class {type(thing).__name__}, not a {kind.__name__}")
+    return thing
 
 
 def leave_out(plugin: Plugin, error: BaseException) -> str:

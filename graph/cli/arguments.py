@@ -98,13 +98,15 @@ def add_play(parser: argparse.ArgumentParser) -> None:
 
 def add_live(parser: argparse.ArgumentParser) -> None:
     """Adds `--live NAME`, repeatable."""
+    from graph.base.plugins import TRANSPORTS, of_wings
+
     parser.add_argument(
         "--live",
         action="append",
         default=[],
         metavar="NAME[:HOST][:PORT]",
-        help="exchange messages with other programs while the run goes on: foxglove (which watches), foxglove:control "
-        "(which also publishes), rerun, dds or zenoh (`graph help live-and-recordings`); may be repeated",
+        help=f"exchange messages with other programs while the run goes on, over {', '.join(of_wings(TRANSPORTS))} or "
+        "the transport of a package (`graph help live-and-recordings`); may be repeated",
     )
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nodes.robots import ackermann, holonomic, planar, quintic
+from nodes.robots import ackermann, holonomic, planar
 
 from .robots import BaseController
 from .values import ArticulationAction
@@ -212,6 +212,8 @@ def quintic_polynomials_planner(
     dt: float,
 ) -> tuple[list[float], ...]:
     """Times, x, y, headings, speeds, accelerations and jerks of a path. Raises ValueError if none keeps the limits."""
+    from wings.paths import quintic
+
     start, goal = quintic.Stance(sx, sy, syaw, sv, sa), quintic.Stance(gx, gy, gyaw, gv, ga)
     path = quintic.plan_path(start, goal, max_accel, max_jerk, dt)
     if not path.within:

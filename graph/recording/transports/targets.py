@@ -1,4 +1,4 @@
-"""The texts of `--live`: NAME, NAME:HOST, NAME:PORT or NAME:HOST:PORT; foxglove:control... lets clients publish."""
+"""The texts of `--live`: NAME, NAME:HOST, NAME:PORT or NAME:HOST:PORT; NAME:control... lets clients publish."""
 
 from __future__ import annotations
 
@@ -10,8 +10,11 @@ from typing import TYPE_CHECKING
 
 from graph.base.errors import UserError
 from graph.base.extras import install_command
+from graph.base.plugins import TRANSPORTS, load, names
 from graph.base.records import dataclass
 from graph.base.suggest import did_you_mean
+
+from .transport import Kind
 
 if TYPE_CHECKING:
     from graph.sim.app import App
@@ -20,28 +23,10 @@ if TYPE_CHECKING:
     from .transport import Transport
 
 CONTROL = "control"
-"""Stands behind foxglove: clients may publish."""
+"""Stands behind the name of a transport whose clients only watch otherwise."""
 LOOPBACK = "127.0.0.1"
 _MOST_DOMAIN = 232
 """The largest domain of ROS 2 whose ports exist (7400 + 250 * domain)."""
-
-
-@dataclass(frozen=True, slots=True)
-class Kind:
-    """A kind of transport: the module here with its `open_transport`, the libraries, and the usual port, if any."""
-
-    module: str
-    libraries: tuple[str, ...]
-    port: int | None
-
-
-KINDS = {
-    "foxglove": Kind("foxglove", ("foxglove",), 8765),
-    "rerun": Kind("rerun", ("rerun",), 9876),
-    "dds": Kind("dds", ("cyclonedds",), None),
-    "zenoh": Kind("zenoh", ("zenoh", "xxhash"), 7447),
-}
-"""By the name of `--live`, which is also the name of the extra that installs the libraries."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,13 +38,13 @@ class Target:
     port: int = 0
     domain: int = 0
     control: bool = False
-    """Whether clients of a Foxglove server may publish."""
+    """Whether clients may publish, where a target has to say so."""
 
     @property
     def advice(self) -> str:
         """What the line about the open transport ends with."""
-        watched = self.name == "foxglove" and not self.control
-        return f"; clients only watch, --live foxglove:{CONTROL} lets them publish" if watched else ""
+        watched = _kind(self.name).control and not self.control
+        return f"; clients only watch, --live {self.name}:{CONTROL} lets them publish" if watched else ""
 
     def __str__(self) -> str:
         return f"{self.name}:{self.host}" + (f":{self.port}" if self.port else "")
@@ -86,7 +71,7 @@ def connect(app: App, target: Target) -> LiveSink:
     """
     from .sink import LiveSink
 
-    module = importlib.import_module(f".{KINDS[target.name].module}", __package__)
+    module = importlib.import_module(_kind(target.name).module)
     opening: Callable[[Target], Transport] = module.open_transport
     sink = LiveSink(target.name, opening(target), app.bus)
 
@@ -102,20 +87,27 @@ def connect(app: App, target: Target) -> LiveSink:
 
 def _read(text: str) -> Target:
     name, colon, place = text.partition(":")
-    control = name == "foxglove" and place.partition(":")[0] == CONTROL
+    try:
+        kind = _kind(name)
+    except UserError as error:
+        raise UserError(f"--live {text}: {error}") from error
+    control = kind.control and place.partition(":")[0] == CONTROL
     if control:
         _, colon, place = place.partition(":")
-    kind = KINDS.get(name)
-    if kind is None:
-        raise UserError(
-            f"--live {text}: there is no transport {name!r}"
-            + did_you_mean(name, KINDS, otherwise=f"there are {', '.join(KINDS)}")
-        )
     for library in kind.libraries:
         if importlib.util.find_spec(library) is None:
             raise UserError(f"--live {name} needs the package {library}. Run: {install_command(name)}")
     host, port = (LOOPBACK, kind.port or 0) if not colon else _place(text, place, kind.port)
-    return Target(name, host, port, _domain() if name in ("dds", "zenoh") else 0, control)
+    return Target(name, host, port, _domain() if kind.domain else 0, control)
+
+
+def _kind(name: str) -> Kind:
+    kind = load(TRANSPORTS, name, Kind)
+    if kind is None:
+        known = names(TRANSPORTS)
+        near = did_you_mean(name, known, otherwise=f"there are {', '.join(known)}")
+        raise UserError(f"there is no transport {name!r}{near}")
+    return kind
 
 
 def _place(text: str, place: str, usual: int | None) -> tuple[str, int]:

@@ -24,6 +24,24 @@ class Outgoing:
     latched: bool
 
 
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A kind of transport, declared in the entry point group `tickgraph.transports` under its name in `--live`.
+
+    - module: the one with `open_transport(target) -> Transport`, imported when a target is opened; it raises UserError.
+    - libraries: what it imports; installed by the extra that has the kind's name.
+    - port: the usual one; None for transports without ports.
+    - control: whether clients may publish only if the target says so (`NAME:control`).
+    - domain: whether it lives in a domain of ROS 2.
+    """
+
+    module: str
+    libraries: tuple[str, ...] = ()
+    port: int | None = None
+    control: bool = False
+    domain: bool = False
+
+
 class Transport(Protocol):
     """Carries topics over one network. All methods but `close` are called in one thread, which may wait in them."""
 

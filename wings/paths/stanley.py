@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.base.records import dataclass
 from graph.node import Attribute, Database, node_type
-
-from .planar import heading, wrapped
+from nodes.robots.planar import heading, wrapped
 
 if TYPE_CHECKING:
     import numpy as np

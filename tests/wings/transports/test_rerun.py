@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from graph.recording.transports.rerun_archetypes import archetypes, points
 from graph.sim.messages.ros_fields import from_plain
 from graph.sim.messages.ros_types import deserialize
 from tests.support.live_rig import CLOUDS, POINTS, free_port, recorded, run_rig, write_rig
 from tests.support.programs import started
+from wings.transports.rerun_archetypes import archetypes, points
 
 rerun = pytest.importorskip("rerun", reason="pip install 'tickgraph[rerun]'")
 

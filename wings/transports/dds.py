@@ -16,13 +16,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from graph.base.errors import UserError, reason_of
+from graph.recording.transports.targets import Target
+from graph.recording.transports.transport import NotSentError, Outgoing
 from graph.sim.messages.bus import Topic
 from graph.sim.messages.quality import Quality
 from graph.sim.messages.ros_types import type_hash
 
 from .dds_types import dds_type
-from .targets import Target
-from .transport import NotSentError, Outgoing
 
 _BLOCKING_NS = 100_000_000
 """How long a write waits for a slow reliable reader."""

@@ -1,7 +1,7 @@
 """Contacts and triggers: a ball that falls 0.1 m onto the ground, and one that falls through a volume."""
 
 from graph.testing import run_node
-from tests.nodes.physx_graph.test_queries import app_of
+from tests.wings.physx_graph.test_queries import app_of
 
 GROUND = {"/World/Ground": {"type": "Plane"}}
 

@@ -7,13 +7,13 @@ import time
 
 import pytest
 
-from graph.recording.transports.rmw_zenoh import attachment, gid, node_token, quality_key, topic_key, topic_token
 from graph.recording.transports.sink import LiveSink
 from graph.recording.transports.targets import Target
 from graph.sim.messages.bus import MessageBus, Topic
 from graph.sim.messages.quality import Quality
 from graph.sim.messages.ros_types import deserialize, message_type
 from tests.support.live_rig import CLOUDS, digests, free_port, heard, listening, recorded, run_rig, write_rig
+from wings.transports.rmw_zenoh import attachment, gid, node_token, quality_key, topic_key, topic_token
 
 HASH = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
 """Of std_msgs/msg/String, as in rmw_zenoh's design page."""
@@ -82,7 +82,7 @@ def test_a_late_subscriber_gets_the_last_message_of_a_latched_topic():
     zenoh = pytest.importorskip("zenoh", reason="pip install 'tickgraph[zenoh]'")
     from zenoh import ext
 
-    from graph.recording.transports.zenoh import open_transport
+    from wings.transports.zenoh import open_transport
 
     port, name = free_port(), "std_msgs/msg/String"
     settings = {"mode": "router", "listen/endpoints": [f"tcp/127.0.0.1:{port}"], "scouting/multicast/enabled": False}

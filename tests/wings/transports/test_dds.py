@@ -18,7 +18,6 @@ from cyclonedds.idl import make_idl_struct
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic as DdsTopic
 
-from graph.recording.transports.dds import open_transport, qos
 from graph.recording.transports.sink import LiveSink
 from graph.recording.transports.targets import read_targets
 from graph.recording.transports.transport import NotSentError, Outgoing
@@ -26,6 +25,7 @@ from graph.sim.messages.bus import MessageBus, Topic
 from graph.sim.messages.quality import Quality
 from graph.sim.messages.ros_fields import from_plain
 from graph.sim.messages.ros_types import message_type, serialize
+from wings.transports.dds import open_transport, qos
 
 STRING_HASH = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
 CLOUD_HASH = "RIHS01_9198cabf7da3796ae6fe19c4cb3bdd3525492988c70522628af5daa124bae2b5"

@@ -12,11 +12,11 @@ from collections.abc import Callable
 from typing import Any
 
 from graph.base.errors import UserError, reason_of
+from graph.recording.transports.targets import LOOPBACK, Target
+from graph.recording.transports.transport import NotSentError, Outgoing
 from graph.sim.messages.bus import Topic
 
 from .rmw_zenoh import PUBLISHER, SUBSCRIPTION, attachment, gid, node_token, topic_key, topic_token
-from .targets import LOOPBACK, Target
-from .transport import NotSentError, Outgoing
 
 _BLOCKED_S = 1.0
 """After so long without taking anything a listener is disconnected."""

@@ -38,9 +38,9 @@ class Silent:
     place = "nowhere"
     def close(self): threading.Event().wait()  # a library that waits for its listener for ever
     def __getattr__(self, name): return lambda *args: [] if name == "notes" else None
-targets.KINDS["foxglove"] = targets.Kind("silent", (), 8765)
-sys.modules["graph.recording.transports.silent"] = type(sys)("silent")
-sys.modules["graph.recording.transports.silent"].open_transport = lambda target: Silent()
+targets.load = lambda *names: targets.Kind("silent", (), 8765)
+sys.modules["silent"] = type(sys)("silent")
+sys.modules["silent"].open_transport = lambda target: Silent()
 atexit.register(threading.Event().wait)  # as the exit hook of rerun's package waits for its viewer
 raise SystemExit(command())
 """

@@ -8,8 +8,8 @@ import pytest
 from graph import ComputeError
 from graph.testing import run_node
 from nodes.robots.planar import heading, wrapped
-from nodes.robots.quintic import Stance, coefficients, plan_path
-from nodes.robots.stanley import speed_profile, steering_angle
+from wings.paths.quintic import Stance, coefficients, plan_path
+from wings.paths.stanley import speed_profile, steering_angle
 
 
 def facing(degrees):

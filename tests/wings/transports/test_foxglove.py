@@ -25,8 +25,8 @@ def test_a_client_that_only_watches_cannot_publish_and_channels_are_bounded():
     """The server of a target without control does not offer it; 40,000 channels of clients leave 1,000 names."""
     from types import SimpleNamespace
 
-    from graph.recording.transports.foxglove import MOST_CHANNELS, open_transport
     from graph.recording.transports.targets import read_targets
+    from wings.transports.foxglove import MOST_CHANNELS, open_transport
 
     watching, control = read_targets([f"foxglove:{free_port()}"]) + read_targets([f"foxglove:control:{free_port()}"])
     assert (watching.control, control.control, control.host) == (False, True, "127.0.0.1")
@@ -47,8 +47,8 @@ def test_the_server_offers_publishing_only_when_asked():
 
     from websockets.sync.client import connect
 
-    from graph.recording.transports.foxglove import open_transport
     from graph.recording.transports.targets import read_targets
+    from wings.transports.foxglove import open_transport
 
     for text, offered in (("foxglove", False), ("foxglove:control", True)):
         port = free_port()

@@ -12,11 +12,10 @@ from collections.abc import Callable
 from typing import Any
 
 from graph.base.errors import UserError, reason_of
+from graph.recording.transports.targets import Target
+from graph.recording.transports.transport import NotSentError, Outgoing
 from graph.sim.messages.bus import Topic, topic_name
 from graph.sim.messages.ros_types import definition
-
-from .targets import Target
-from .transport import NotSentError, Outgoing
 
 MOST_NAME = 1000
 """Characters of a topic that are kept."""

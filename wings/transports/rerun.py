@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
+from graph.recording.transports.targets import Target
+from graph.recording.transports.transport import Outgoing
 from graph.sim.messages.bus import Topic
 from graph.sim.messages.ros_types import deserialize
 
 from .rerun_archetypes import archetypes
-from .targets import Target
-from .transport import Outgoing
 
 _RETRY_S = 1.0
 """Time between two looks for a viewer."""
