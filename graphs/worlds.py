@@ -22,6 +22,8 @@ memory = ranges.device
 
 layer = torch.nn.Sequential(torch.nn.LazyLinear(64), torch.nn.Tanh(), torch.nn.Linear(64, 2)).to(memory)
 speeds = torch.zeros(count, 2, device=memory)
+worlds.step()  # compiles what is not compiled yet
+torch.cuda.synchronize() if memory.type == "cuda" else None
 start = time.perf_counter()
 with torch.no_grad():
     for update in range(120):

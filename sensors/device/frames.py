@@ -57,6 +57,9 @@ class DeviceArrays(Mapping[str, np.ndarray]):
             found = self.fetched[name] = self._host[begin : begin + size].view(channel.dtype).reshape(self._shape(name))
         return found
 
+    def __contains__(self, name: object) -> bool:
+        return name in self._offsets  # without a copy to the host
+
     def __iter__(self) -> Iterator[str]:
         return iter(self._offsets)
 

@@ -116,6 +116,15 @@ def test_arrays_on_the_device_share_their_memory_by_the_interfaces_of_arrays(ope
     assert shared[0] == distance.numpy()[0] == 12.5
 
 
+def test_a_question_for_a_channel_copies_nothing_to_the_host(opened):
+    _, sensor, _ = opened
+    arrays = App.current().rendering.products[str(sensor.render_product.path)].frame.arrays
+    name = next(one for one in arrays if one not in arrays.fetched)
+    assert name in arrays
+    assert "rv_ms" not in arrays
+    assert name not in arrays.fetched
+
+
 def test_another_device_than_that_of_the_frames_is_refused(opened):
     device, sensor, cloud = opened
     for read in (cloud.get_data, lambda name: sensor.get_data("generic-model-output", name)):
