@@ -7,14 +7,14 @@ every file that a user or a stranger names is opened here; a test looks for othe
 from __future__ import annotations
 
 import errno
-import hashlib
 import os
 import stat
-from pathlib import Path
-from typing import BinaryIO
+from typing import TYPE_CHECKING, BinaryIO
 
 from .errors import UserError
-from .limits import check, most
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 FLAGS = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0) | getattr(os, "O_CLOEXEC", 0)
 """A pipe without a writer is opened without waiting, and then refused."""
@@ -36,6 +36,8 @@ def read(path: str | Path, limit: str, name: str = "") -> bytes:
 
     Raises OverLimit if it is larger, and OSError as `opened` does. name: the file's name in that message.
     """
+    from .limits import check, most  # `graph --help` reads without limits
+
     size = most(limit)
     data = start_of(path, size + 1)
     if len(data) > size:
@@ -59,6 +61,8 @@ def read_text(path: str | Path, limit: str) -> str:
 
 def digest(path: str | Path) -> str:
     """The SHA-256 of a file, as hexadecimal digits. Raises OSError as `opened` does."""
+    import hashlib
+
     found = hashlib.sha256()
     with opened(path) as stream:
         while part := stream.read(2**20):

@@ -6,7 +6,6 @@ there, so that it need not be installed, and an installation from its table of e
 
 from __future__ import annotations
 
-import logging
 import os
 import re
 from collections.abc import Iterator, Mapping
@@ -45,7 +44,6 @@ _KINDS = {
 _GROUP = re.compile(r'\[(?:project\.entry-points\.)?"?(tickgraph\.\w+)"?\]')
 _ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 T = TypeVar("T")
-_LOG = logging.getLogger("tickgraph.warnings")
 
 
 class PluginError(UserError):
@@ -118,8 +116,8 @@ def load(group: str, name: str, kind: type[T]) -> T | None:
         raise PluginError(f"the {_KINDS[group]} {plugin} cannot be used: {failure_of(error)}") from error
 
 
-def loaded(group: str, kind: type[T]) -> Iterator[tuple[str, T]]:
-    """(name, what it stands for) of all that can be used, those of wings first; what is broken gives a warning."""
+def loaded(group: str, kind: type[T]) -> Iterator[tuple[Plugin, T]]:
+    """Each plug-in that can be used and what it stands for, those of wings first; what is broken gives a warning."""
     wings = [plugin for plugin in of_wings(group).values() if not plugin.absence]
     for plugin in (*wings, *of_others(group)[0]):
         try:
@@ -127,7 +125,7 @@ def loaded(group: str, kind: type[T]) -> Iterator[tuple[str, T]]:
         except (Exception, SystemExit) as error:  # a third-party module may raise anything
             leave_out(plugin, error)
         else:
-            yield plugin.name, thing
+            yield plugin, thing
 
 
 def _of_class(thing: Any, kind: type[T]) -> T:
@@ -138,8 +136,10 @@ def _of_class(thing: Any, kind: type[T]) -> T:
 
 def leave_out(plugin: Plugin, error: BaseException) -> str:
     """Warns that a plug-in is left out; returns the reason."""
+    import logging
+
     reason = failure_of(error)
-    _LOG.warning(
+    logging.getLogger("tickgraph.warnings").warning(
         "warning %s-package: %s: %s; the package is left out, repair or uninstall it",
         *(_KINDS[plugin.group], plugin, reason),
     )

@@ -34,8 +34,8 @@ def _offer_words(whole: argparse.ArgumentParser) -> None:
     from graph.sim.fidelity import KNOBS
     from sensors.configs.summary import all_assets
 
+    from .commands import every
     from .examples import examples
-    from .main import COMMANDS
     from .new import KINDS
 
     types = [name for one in registry.all() for name in (one.short_name, one.id)]
@@ -47,7 +47,7 @@ def _offer_words(whole: argparse.ArgumentParser) -> None:
         ("node", "type"): types,
         ("nodes", "pattern"): types,
         ("sensors", "name"): configs,
-        ("help", "topic"): [*ORDER, *COMMANDS],
+        ("help", "topic"): [*ORDER, *every()],
         ("new", "kind"): [*KINDS, *examples()],
         ("trade", "vary"): [f"{name}={','.join(some)}" for name, some in values.items()],
     }
@@ -73,15 +73,15 @@ def command_line() -> argparse.ArgumentParser:
     """The whole command line as one parser: every command with its options."""
     import shtab
 
-    from .main import COMMANDS
+    from .commands import every
 
     whole = argparse.ArgumentParser(prog="graph")
     whole.add_argument("--version", action="store_true", help="print the version and exit")
     commands = whole.add_subparsers()
-    for name, command in COMMANDS.items():
+    for name, command in every().items():
         parser = commands.add_parser(name, help=command.help)
         parser.add_argument("--debug", action="store_true", help="show tracebacks")
-        import_module(f"graph.cli.{command.module}").add_arguments(parser)
+        import_module(command.module).add_arguments(parser)
         for action in parser._actions:
             if action.dest in FILES or action.metavar in ("FILE", "DIR", "OUT", "IN"):
                 action.complete = shtab.DIRECTORY if action.metavar == "DIR" else shtab.FILE  # type: ignore[attr-defined]

@@ -40,14 +40,16 @@ def run(args: argparse.Namespace) -> int:
 
 def _text(topic: str) -> str:
     """The page of a topic, or the section of a command."""
-    from .main import COMMANDS
+    from .commands import every
+
+    commands = every()
 
     if topic in ORDER:
         return page(topic).text
-    if topic in COMMANDS:
-        section = page("commands").section(f"graph {topic}") or f"`graph {topic}`: {COMMANDS[topic].help}.\n"
+    if topic in commands:
+        section = page("commands").section(f"graph {topic}") or f"`graph {topic}`: {commands[topic].help}.\n"
         return f"{section}\n`graph {topic} --help` prints its options, `graph help commands` all commands.\n"
-    near = closest(topic, [*ORDER, *COMMANDS], ALIKE)
+    near = closest(topic, [*ORDER, *commands], ALIKE)
     advice = f'; did you mean "{near}"?' if near else ""
     if not near and (found := _mentioned(topic)):
         advice = f"; the word stands on {', '.join(found)}: graph help {found[0]}"

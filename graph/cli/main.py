@@ -1,7 +1,7 @@
 """The command `graph`: finds the subcommand, passes it its options, turns errors into lines and exit codes.
 
-Exit codes: 0 done, 1 the run failed, 2 the user's input is wrong, 130 interrupted. A subcommand is one module with
-`add_arguments(parser)` and `run(args) -> int`; only the module of the given subcommand is imported. `args.settings`
+Exit codes: 0 done, 1 the run failed, 2 the user's input is wrong, 130 interrupted. Only the module of the
+given subcommand is imported (`commands.py`). `args.settings`
 holds the `--/path=value` options, `args.debug` whether tracebacks are shown.
 """
 
@@ -14,16 +14,16 @@ import gc
 import os
 import re
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from importlib import import_module
 from io import TextIOWrapper
 from typing import Any, NoReturn
 
 from graph.base.errors import RunError, UserError
-from graph.base.records import dataclass
 from graph.base.suggest import did_you_mean
 
+from .commands import COMMANDS, Command, every, find
 from .printing import problem_line, say, tell
 
 DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -37,46 +37,6 @@ def _leave_memory_to_the_system() -> None:
     """
     if "open3d" not in sys.modules:
         gc.freeze()
-
-
-@dataclass(frozen=True, slots=True)
-class Command:
-    """A subcommand: its line of help, its module in `graph.cli`, and whether it takes `--/path=value`.
-
-    script: whether what follows its first argument belongs to that script.
-    """
-
-    help: str
-    module: str
-    settings: bool = False
-    script: bool = False
-
-
-COMMANDS = {
-    "run": Command("play a graph file and report what happened", "run", settings=True),
-    "check": Command("validate graph files without running them; explain finds more traps", "check", settings=True),
-    "exec": Command("run an Isaac Sim script (Python code, with your rights) over this engine", "exec", True, True),
-    "test": Command("run *.test.yaml tests of graphs and nodes", "test", settings=True),
-    "nodes": Command("list node types", "nodes"),
-    "node": Command("describe one node type", "node"),
-    "sensors": Command("list sensor configurations, or describe one with its variants", "sensors"),
-    "new": Command("write a commented graph file to start from", "new"),
-    "convert": Command("write a graph file in another format: yaml, json, usda", "convert"),
-    "show": Command("draw the graphs of a file; a file without graphs is an error", "show"),
-    "inspect": Command("show one frame of a sensor: header, channels, what was hit", "inspect", settings=True),
-    "info": Command("say what a recording holds, and what was due", "info"),
-    "export": Command("write a recording as pcd, ply, las, kitti, nuscenes, npz, csv or png", "export"),
-    "view": Command("draw a recording: one HTML page and pictures", "view"),
-    "recover": Command("rebuild the index of a recording that was not finished", "recover"),
-    "explain": Command("tell what ticks when, who consumes what, and where traps lie", "explain", settings=True),
-    "trade": Command("measure speed against accuracy over fidelity knobs", "trade", settings=True),
-    "sweep": Command("run graph files at many points, into one table", "sweep", settings=True),
-    "schema": Command("print the JSON Schema of graph files", "schema"),
-    "assets": Command("list what a scene, graph file or script wants from other files, and what is missing", "assets"),
-    "help": Command("list the pages of the manual, or print one", "help"),
-    "doctor": Command("is this machine ready, and what to install if not", "doctor"),
-    "completion": Command("print a script that completes this command in your shell", "completion"),
-}
 
 
 _NUMBERS = {"int": "whole number", "float": "number"}
@@ -246,11 +206,11 @@ def _dispatch(arguments: list[str], debug: bool) -> int:
     name = next((argument for argument in rest if not argument.startswith("-")), None)
     if name is None:
         return _without_command(rest)
-    if name not in COMMANDS:
+    command = find(name)
+    if command is None:
         raise _WrongUsage(_unknown_command(name))
     before = rest[: rest.index(name)]
-    _top_parser().parse_args(before)
-    command = COMMANDS[name]
+    _top_parser(COMMANDS).parse_args(before)
     if settings and not command.settings:
         raise UserError(f"graph {name} builds no App and takes no settings; leave out --{next(iter(settings))}")
     from graph.base.asset_roots import mapped
@@ -262,7 +222,7 @@ def _dispatch(arguments: list[str], debug: bool) -> int:
 
     safe_log(debug)
     refuse_hidden_packages()
-    module = import_module(f"graph.cli.{command.module}")
+    module = import_module(command.module)
     parser = _Parser(prog=f"graph {name}", description=f"{command.help[0].upper()}{command.help[1:]}.")
     parser.add_argument("--debug", action="store_true", help="show tracebacks")
     if command.settings:
@@ -286,9 +246,9 @@ def _dispatch(arguments: list[str], debug: bool) -> int:
         return int(module.run(args))
 
 
-def _top_parser() -> _Parser:
-    width = max(map(len, COMMANDS))
-    lines = "\n".join(f"  {name:{width}}  {command.help}" for name, command in COMMANDS.items())
+def _top_parser(commands: Mapping[str, Command]) -> _Parser:
+    width = max(map(len, commands))
+    lines = "\n".join(f"  {name:{width}}  {command.help}" for name, command in commands.items())
     parser = _Parser(
         prog="graph",
         usage="graph COMMAND [options]",
@@ -302,7 +262,7 @@ def _top_parser() -> _Parser:
 
 
 def _without_command(arguments: list[str]) -> int:
-    parser = _top_parser()
+    parser = _top_parser(COMMANDS if "--version" in arguments else every())
     args = parser.parse_args(arguments)
     if args.version:
         say(f"tickgraph {version()}")
@@ -324,7 +284,8 @@ def version() -> str:
 
 
 def _unknown_command(name: str) -> str:
-    advice = did_you_mean(name, COMMANDS) or f"; commands are {', '.join(COMMANDS)}"
+    known = every()
+    advice = did_you_mean(name, known) or f"; commands are {', '.join(known)}"
     return f'graph: there is no command "{name}"{advice}'
 
 

@@ -25,8 +25,8 @@ from typing import Any, get_args, get_type_hints
 from graph.base.forms import Form
 from graph.base.limits import LIMITS
 from graph.cli import completion
+from graph.cli.commands import COMMANDS
 from graph.cli.extreme_cases import outcomes
-from graph.cli.main import COMMANDS
 from graph.files.file_forms import GraphFile
 from graph.files.prim_schema import PRIM
 from graph.portability.rules import RULES

@@ -8,7 +8,8 @@ import sys
 import pytest
 from rich.console import Console
 
-from graph.cli.main import COMMANDS, main
+from graph.cli.commands import COMMANDS
+from graph.cli.main import main
 from graph.cli.rendering import column_widths, rendered
 from graph.manual import ORDER, page
 from tests.support.places import ROOT
