@@ -17,9 +17,9 @@ import numpy as np
 from matplotlib.colors import LinearSegmentedColormap
 from PIL import Image
 
-from graph.recording.export.images import pixels
-from graph.recording.export.poses import TRANSFORMS, TransformLog, read_transforms
-from graph.recording.export.scans import Scan, scan_of
+from graph.recording.contents.images import pixels
+from graph.recording.contents.poses import TRANSFORMS, TransformLog, read_transforms
+from graph.recording.contents.scans import Scan, scan_of
 from graph.recording.run_reader import RunReader
 
 ROOT = Path(__file__).resolve().parents[2]

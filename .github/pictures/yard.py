@@ -30,7 +30,7 @@ from drawing import (
 from lens import Lens, blank, halved
 from matplotlib.colors import to_rgb
 
-from graph.recording.export.poses import TransformLog
+from graph.recording.contents.poses import TransformLog
 from graph.recording.run_reader import RunReader, open_run
 
 CAMERA = "/World/SensorGraph/camera_product"

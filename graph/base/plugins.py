@@ -26,7 +26,7 @@ SENSORS = "tickgraph.sensors"
 TRANSPORTS = "tickgraph.transports"
 """Each a `graph.recording.transports.transport.Kind`, by its name in `graph run --live NAME`."""
 EXPORTS = "tickgraph.exports"
-"""Each a `graph.recording.formats.Format`, by its name in `graph export --format NAME`."""
+"""Each a `graph.recording.exporting.Format`, by its name in `graph export --format NAME`."""
 COMMANDS = "tickgraph.commands"
 """Each a `graph.cli.commands.Command`, by its name in `graph NAME`."""
 

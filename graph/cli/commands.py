@@ -39,7 +39,7 @@ COMMANDS = {
         "show one frame of a sensor: header, channels, what was hit", "graph.cli.inspect", settings=True
     ),
     "info": Command("say what a recording holds, and what was due", "graph.cli.info"),
-    "export": Command("write a recording as pcd, ply, las, kitti, nuscenes, npz, csv or png", "graph.cli.export"),
+    "export": Command("write a recording in a format of other tools", "graph.cli.export"),
     "view": Command("draw a recording: one HTML page and pictures", "graph.cli.view"),
     "recover": Command("rebuild the index of a recording that was not finished", "graph.cli.recover"),
     "explain": Command(

@@ -17,11 +17,16 @@ CAMPAIGN = "campaign.json"
 """The file that makes a folder that of a campaign."""
 INDEX = "runs.csv"
 """Which run of a campaign is which folder, sequence or scene."""
-FORMATS = ("pcd", "ply", "las", "kitti", "nuscenes", "npz", "csv", "png")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's options."""
+    from graph.base.plugins import EXPORTS, loaded, names
+    from graph.recording.exporting import Format
+
+    written: dict[str, list[str]] = {}
+    for plugin, form in loaded(EXPORTS, Format):
+        written.setdefault(form.help, []).append(plugin.name)
     parser.add_argument(
         "run",
         metavar="RUN",
@@ -31,9 +36,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--format",
         required=True,
-        choices=FORMATS,
-        help="pcd, ply, las (needs laspy): a file for each scan, with its pose; kitti, nuscenes: a data set of one "
-        "lidar; npz: arrays of scans and images; csv: tables of any topic; png: pictures",
+        choices=names(EXPORTS),
+        help="; ".join(f"{', '.join(some)}: {text}" for text, some in written.items()),
     )
     parser.add_argument("--out", required=True, type=Path, metavar="DIR", help="folder to write into")
     parser.add_argument(
@@ -47,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command."""
-    from graph.recording.export.exporting import export
+    from graph.recording.exporting import export
     from graph.recording.run_reader import open_run
 
     check_folder(args.out)
@@ -78,26 +82,26 @@ def _export_campaign(args: argparse.Namespace) -> int:
     from graph.campaign.points import FILE
     from graph.campaign.specification import load
     from graph.campaign.table import as_csv
-    from graph.recording.export import nuscenes
-    from graph.recording.export.exporting import export
+    from graph.recording.exporting import export, format_of
     from graph.recording.run_reader import open_run
 
     campaign, folder = load(args.run), Folder(args.run)
     assert campaign is not None
     rows: list[dict[str, Any]] = []
-    scenes = nuscenes.DataSet()
+    form = format_of(args.format)
+    exporter = form.begin()
     for run, point in enumerate(campaign.points):
         name, number = campaign.name_of(run), len(rows)
         result = folder.result(name)
         if result is None or result["status"] != OK:
             tell(f"run {name} is left out: it is {result['status'] if result else 'missing'}")
             continue
-        named = {"kitti": f"{number:02d}", "nuscenes": f"scene-{number + 1:04d}"}.get(args.format, name)
+        named = form.place(number) if form.place else name
         place = args.out / name if named == name else args.out
         try:
             with open_run(args.run / RUNS / name, whole=False) as recording:
                 made = make_output(place, args.run)
-                export(recording, args.format, made, args.topic, world=args.world, number=number, scenes=scenes)
+                export(recording, args.format, made, args.topic, world=args.world, number=number, exporter=exporter)
         except OSError as error:
             raise RunError(f"{error.filename or args.out}: {error.strerror or error}") from error
         rows.append({"place": named, "run": run, **point})
@@ -105,8 +109,7 @@ def _export_campaign(args: argparse.Namespace) -> int:
         raise RunError(f"{args.run}: no run of this campaign has ended well; there is nothing to export")
     columns = dict.fromkeys(("place", "run", FILE, *campaign.varied))
     try:
-        if args.format == nuscenes.NAME:
-            scenes.write(args.out)
+        exporter.finish(args.out)
         write(args.out / INDEX, as_csv([*columns], rows))
     except OSError as error:
         raise RunError(f"{error.filename or args.out}: {error.strerror}") from error

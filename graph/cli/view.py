@@ -43,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command."""
-    from graph.recording.export.exporting import named_topics
+    from graph.recording.exporting import named_topics
     from graph.recording.run_reader import open_run
     from graph.recording.view.writing import PAGE, write_view
 

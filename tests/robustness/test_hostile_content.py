@@ -8,8 +8,7 @@ from mcap.records import Channel, Metadata
 
 from graph.base.errors import UserError
 from graph.cli.main import main
-from graph.recording.export.point_files import write_las
-from graph.recording.export.scans import Scan
+from graph.recording.contents.scans import Scan
 from graph.recording.mcap_sink import McapSink
 from graph.recording.mcap_source import McapSource
 from graph.recording.recovery import finish
@@ -18,6 +17,7 @@ from graph.sim.messages.ros_fields import from_plain
 from graph.sim.usd import Sdf, Usd
 from sensors.camera.image_files import ImageFiles
 from sensors.camera.tables import read_table
+from wings.exports.point_files import write_las
 
 HEAD = '#usda 1.0\n(\n metersPerUnit = 1\n upAxis = "Z"\n)\n'
 SONAR = "omni:sensor:WpmAcoustic:"

@@ -64,6 +64,12 @@ def node(name):
 
 
 NEEDS = {
+    "exports": (
+        "",
+        ["export", "out", "--format", "ply", "--out", "clouds"],
+        "graph: the export ply cannot be used: it comes",
+        "",
+    ),
     "hsb": node("HSBSend"),
     "paths": node("StanleyControlPID"),
     "physx_graph": node("OnTriggerCollider"),
@@ -84,7 +90,7 @@ from graph.cli.main import main
 from graph.node.registry import DEFAULT
 print(len(DEFAULT.all()))
 assert main(["check", "graphs/quickstart.yaml"]) == 0
-assert main(["run", "graphs/quickstart.yaml", "--updates", "2"]) == 0
+assert main(["run", "graphs/quickstart.yaml", "--updates", "2", "--out", "out"]) == 0
 assert main(sys.argv[1:]) == 2
 """
 

@@ -17,12 +17,12 @@ import numpy as np
 
 from graph.base.exact import NANOSECONDS
 from graph.base.outputs import make_folder, write
+from graph.recording.contents.clouds import intensity, xyz
+from graph.recording.contents.poses import TransformLog, transforms_of
+from graph.recording.contents.scans import Scan, scans
 from graph.sim.transforms import Floats, inverse_rigid
 
-from .clouds import intensity, xyz
-from .layouts import CAMERA_INFO, Labels, class_ids, object_ids, one_cloud
-from .poses import TransformLog
-from .scans import Scan, scans
+from .layouts import CAMERA_INFO, Labels, class_ids, object_ids, one_cloud, read_labels
 
 if TYPE_CHECKING:
     from graph.recording.run_reader import RunReader
@@ -30,6 +30,17 @@ if TYPE_CHECKING:
 NAME = "kitti"
 TO_CAMERA = np.array([[0.0, -1, 0, 0], [0, 0, -1, 0], [1, 0, 0, 0], [0, 0, 0, 1]])
 """From x ahead, y left, z up to x right, y down, z ahead."""
+
+
+class Kitti:
+    """Writes the layout, a sequence for each recording: an `Exporter`."""
+
+    def add(self, run: RunReader, topics: list[str], out: Path, *, world: bool, number: int | None) -> list[str]:
+        """Writes a recording as the sequence of its number. Raises UserError unless there is one cloud."""
+        return write_kitti(run, topics, transforms_of(run), read_labels(run), out, number or 0)
+
+    def finish(self, out: Path) -> None:
+        """Every file is written."""
 
 
 def write_kitti(

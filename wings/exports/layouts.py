@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graph.base.errors import UserError
-
-from .clouds import CLOUD, Points
+from graph.recording.contents.clouds import CLOUD, Points
 
 if TYPE_CHECKING:
     from graph.recording.run_reader import RunReader

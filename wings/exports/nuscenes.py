@@ -19,13 +19,13 @@ import numpy as np
 
 from graph.base.errors import RunError, UserError
 from graph.base.outputs import make_folder, write
+from graph.recording.contents.clouds import intensity, xyz
+from graph.recording.contents.images import IMAGE, write_png
+from graph.recording.contents.poses import TransformLog, transforms_of
+from graph.recording.contents.scans import scans
 from graph.sim.transforms import Floats, quaternion
 
-from .clouds import intensity, xyz
-from .images import IMAGE, write_png
-from .layouts import CAMERA_INFO, Labels, class_ids, one_cloud
-from .poses import TransformLog
-from .scans import scans
+from .layouts import CAMERA_INFO, Labels, class_ids, one_cloud, read_labels
 
 if TYPE_CHECKING:
     from graph.recording.run_reader import RunReader
@@ -121,12 +121,16 @@ class _Tables:
 
 
 class DataSet:
-    """The tables of a data set: rows by token, of one recording or of many, a scene each."""
+    """The tables of a data set: rows by token, of one recording or of many, a scene each. An `Exporter`."""
 
     def __init__(self) -> None:
         self._rows: dict[str, dict[str, Row]] = {name: {} for name in _TABLES}
 
-    def add(self, tables: Mapping[str, Sequence[Row]]) -> None:
+    def add(self, run: RunReader, topics: list[str], out: Path, *, world: bool, number: int | None) -> list[str]:
+        """Writes a recording as a scene; see `add_nuscenes`."""
+        return add_nuscenes(self, run, topics, transforms_of(run), read_labels(run), out, number)
+
+    def add_rows(self, tables: Mapping[str, Sequence[Row]]) -> None:
         """Adds the rows of a recording; those that several have (sensors, categories, the map) are there once."""
         for name, rows in tables.items():
             known = self._rows[name]
@@ -135,7 +139,7 @@ class DataSet:
                 if first is not row and "log_tokens" in row:
                     first["log_tokens"] += row["log_tokens"]
 
-    def write(self, out: Path) -> None:
+    def finish(self, out: Path) -> None:
         """Writes the tables into a data set's folder. Raises OSError."""
         folder = make_folder(out, VERSION)
         for name, rows in self._rows.items():
@@ -188,7 +192,7 @@ def add_nuscenes(
         {"token": token("category", number), "name": _class_name(name), "description": "", "index": number}
         for number, name in sorted(classes.items())
     )
-    data_set.add(tables.rows)
+    data_set.add_rows(tables.rows)
     return [*notes, f"wrote {', '.join([topic, *shown])} into {out} ({NAME})"]
 
 

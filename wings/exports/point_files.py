@@ -16,10 +16,9 @@ from graph.base.errors import UserError
 from graph.base.exact import NANOSECONDS
 from graph.base.extras import install_command
 from graph.base.outputs import replacing, replacing_text, write
+from graph.recording.contents.clouds import Points
+from graph.recording.contents.scans import Scan
 from graph.sim.transforms import quaternion
-
-from .clouds import Points
-from .scans import Scan
 
 _PLY_TYPES = {
     "i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort",

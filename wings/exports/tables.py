@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graph.base.outputs import replacing_text
-
-from .poses import TRANSFORMS
+from graph.recording.contents.poses import TRANSFORMS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

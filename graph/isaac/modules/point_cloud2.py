@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.lib.recfunctions import repack_fields, structured_to_unstructured
 
-from graph.recording.export.clouds import CLOUD, points_of
+from graph.recording.contents.clouds import CLOUD, points_of
 
 __all__ = ["read_points", "read_points_list", "read_points_numpy"]
 

@@ -1,1 +1,1 @@
-"""Recordings in the formats of other tools: point clouds, images, tables, data set layouts."""
+"""What recorded messages hold: clouds, scans with their poses, images; and the names of files for topics."""

@@ -5,12 +5,15 @@ from __future__ import annotations
 from array import array
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from graph.sim.transforms import Floats, from_xyzw, inverse_rigid, pose_matrices, slerp
+
+if TYPE_CHECKING:
+    from graph.recording.run_reader import RunReader
 
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 STATIC = "_static"
@@ -135,3 +138,8 @@ def read_transforms(entries: Iterable[Any]) -> TransformLog:
     for entry in entries:
         log.add(entry.load(), entry.topic)
     return log
+
+
+def transforms_of(run: RunReader) -> TransformLog:
+    """All transforms of a recording."""
+    return read_transforms(run.read([topic.name for topic in run.recorded.values() if topic.type_name == TRANSFORMS]))

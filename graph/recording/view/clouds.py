@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graph.recording.export.poses import FARTHEST
-from graph.recording.export.scans import Scan
+from graph.recording.contents.poses import FARTHEST
+from graph.recording.contents.scans import Scan
 from graph.sim.transforms import Floats
 from sensors.writers.palette import indices
 

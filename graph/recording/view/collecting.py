@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from graph.recording.export.clouds import CLOUD, TYPES
-from graph.recording.export.images import IMAGE
-from graph.recording.export.poses import TRANSFORMS, TransformLog, read_transforms
-from graph.recording.export.scans import scan_of
+from graph.recording.contents.clouds import CLOUD, TYPES
+from graph.recording.contents.images import IMAGE
+from graph.recording.contents.poses import TRANSFORMS, TransformLog, read_transforms
+from graph.recording.contents.scans import scan_of
 from graph.recording.sources import WALL_CLOCK_NS
 
 from .clouds import CloudPanel

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from graph.recording.export.poses import TransformLog
+from graph.recording.contents.poses import TransformLog
 from graph.sim.transforms import quaternions, to_xyzw
 
 DETECTIONS = "vision_msgs/msg/Detection3DArray"

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from graph.recording.export.images import pixels
-from graph.recording.export.scans import Scan
+from graph.recording.contents.images import pixels
+from graph.recording.contents.scans import Scan
 from sensors.writers.palette import NEAR, indices, spread
 
 from .colours import picture

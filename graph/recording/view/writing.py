@@ -16,7 +16,7 @@ from graph.base.errors import UserError
 from graph.base.extras import install_command
 from graph.base.outputs import make_folder, replacing, write
 from graph.base.shorten import printable
-from graph.recording.export.file_names import file_names
+from graph.recording.contents.file_names import file_names
 from graph.sim.messages.cadence import SENSOR
 
 from .boundary import embedded, policy

@@ -11,10 +11,15 @@ from tests.support.places import ROOT
 PARTS = """\
 import sys
 from graph.cli.commands import Command
+from graph.recording.exporting import Format
 from graph.recording.transports.transport import Kind
 GREET = Command("greet somebody", "parts")
 WIRE = Kind("parts", port=1)
 TEXT = "not a command"
+class Names:
+    def add(self, run, topics, out, *, world, number): (out / "names.txt").write_text(topics[0]); return ["wrote names"]
+    def finish(self, out): pass
+NAMES = Format("names of topics", lambda type_name: True, Names)
 class Wire:
     place = "the wire"
     def __init__(self, target): self.sent = 0
@@ -35,6 +40,8 @@ greet = parts:GREET
 lost = no_such_module:COMMAND
 text = parts:TEXT
 run = parts:GREET
+[tickgraph.exports]
+names = parts:NAMES
 [tickgraph.transports]
 wire = parts:WIRE
 lost = no_such_module
@@ -90,14 +97,17 @@ def test_a_broken_command_is_one_line_where_it_is_called(command):
     )
 
 
-def test_a_package_adds_a_transport(command, tmp_path):
+def test_a_package_adds_a_transport_and_a_format(command, tmp_path):
     nodes = "{time: IsaacReadSimulationTime, tick: OnPlaybackTick, clock: ROS2PublishClock}"
     links = "[tick.tick -> clock.execIn, time.simulationTime -> clock.timeStamp]"
     (tmp_path / "g.yaml").write_text(f"tickgraph: 1\ngraphs: {{/G: {{nodes: {nodes}, connections: {links}}}}}\n")
-    done = command("run", "g.yaml", "--updates", "3", "--live", "wire")
+    done = command("run", "g.yaml", "--updates", "3", "--live", "wire", "--out", "out")
     assert done.returncode == 0, done.stderr
     assert "live wire: the wire" in done.stderr + done.stdout
     assert "warning wire: wire: 3 sent" in done.stderr + done.stdout
+    done = command("export", "out", "--format", "names", "--out", "names")
+    assert (done.stdout, (tmp_path / "names/names.txt").read_text()) == ("wrote names\n", "/clock")
+    assert "names: names of topics" in command("export", "--help").stdout
 
 
 def test_a_transport_that_is_broken_or_unknown_is_one_line(command, tmp_path):

@@ -10,9 +10,9 @@ from PIL import Image
 
 from graph.base.errors import UserError
 from graph.cli.main import main
-from graph.recording.export.exporting import export
-from graph.recording.export.file_names import file_names
-from graph.recording.export.poses import TransformLog
+from graph.recording.contents.file_names import file_names
+from graph.recording.contents.poses import TransformLog
+from graph.recording.exporting import export
 from graph.recording.mcap_sink import McapSink
 from graph.recording.run_reader import open_run
 from graph.sim.libraries import import_open3d

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from graph.recording.export.clouds import points_of
-from graph.recording.export.poses import TransformLog
-from graph.recording.export.scans import Scan
+from graph.recording.contents.clouds import points_of
+from graph.recording.contents.poses import TransformLog
+from graph.recording.contents.scans import Scan
 from graph.recording.view.clouds import CloudPanel
 from graph.recording.view.collecting import Collected
 from graph.recording.view.frames import boxes, frames, lens

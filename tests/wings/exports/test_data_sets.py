@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from graph.cli.main import main
-from graph.recording.export import nuscenes
+from wings.exports import nuscenes
 
 LIDAR = """\
 tickgraph: 1
