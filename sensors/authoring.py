@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from graph.base.suggest import did_you_mean
+from graph.sim import entered
 
 from .errors import SensorValueError
 from .prim import write_exclude
@@ -22,10 +23,9 @@ def bind_material(prim: Any, material: str | Mapping[str, Any], *, app: App | No
     "attributes":} as the key `material:` of graph files takes it. It takes effect at the next play. Raises
     SensorValueError for an unknown name or a missing prim.
     """
-    from graph.sim.app import App
     from graph.sim.scene import nonvisual
 
-    stage = (app or App.current()).stage
+    stage = (app or entered.current()).stage
     path = str(getattr(prim, "path", prim))
     found = stage.GetPrimAtPath(path) if path.startswith("/") else None
     if not found:
@@ -44,9 +44,7 @@ def exclude(sensor: Any, paths: str | Iterable[str], *, app: App | None = None) 
     sensor: path of its prim, or an authoring object such as `Lidar`. app: None is the App entered last. Takes effect at
     the next play. Raises SensorValueError for a prim that is not a sensor, and for paths without a prim.
     """
-    from graph.sim.app import App
-
-    stage = (app or App.current()).stage
+    stage = (app or entered.current()).stage
     path = str(getattr(sensor, "path", sensor))
     prim = stage.GetPrimAtPath(path)
     if not prim or prim.GetTypeName() not in sensor_types():

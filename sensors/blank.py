@@ -12,8 +12,8 @@ from .runtime import Measurement, SensorRuntime
 if TYPE_CHECKING:
     from pxr import Usd
 
-    from graph.sim.app import App
     from graph.sim.renderer.schedule import Tick
+    from graph.sim.renderer.view import WorldView
 
 
 class Blank(SensorRuntime[None]):
@@ -21,14 +21,14 @@ class Blank(SensorRuntime[None]):
 
     type_name = ""
 
-    def __init__(self, app: App) -> None:
-        super().__init__(app, "")
+    def __init__(self, scene: WorldView) -> None:
+        super().__init__(scene, "")
 
     def refresh(self) -> bool:
         """Does nothing: there is no prim to read."""
         if self._authored is None:
             self._authored, self._aux, self.rate = (), AuxLevel.NONE, Fraction(0)
-            self.schedule = self.schedule_for(self._app.rendering.moment)
+            self.schedule = self.schedule_for(self.scene.rendering.moment)
             self.reset()
         return False
 

@@ -31,7 +31,7 @@ def on_frame(
     product that does not exist or whose sensor does not have these channels.
     """
     check_callable(callback, "on_frame(product, callback)")
-    _, found = only_product(product, app, "on_frame")
+    _, found = only_product(product, None if app is None else app.world, "on_frame")
     owner = Consumer("on_frame")
     found.sensor.require(owner, channels)
 

@@ -14,7 +14,7 @@ from graph.sim import transforms
 from graph.sim.transforms import Floats
 
 if TYPE_CHECKING:
-    from graph.sim.app import App
+    from graph.sim.renderer.view import WorldView
 
 LONGEST = 1000
 """Most physics steps over which a reading can be averaged."""
@@ -50,21 +50,21 @@ class InertialUnit:
     RunError if the prim is not on a rigid body.
     """
 
-    def __init__(self, app: App, path: str, widths: tuple[int, int, int] = (1, 1, 1)) -> None:
-        self._app = app
+    def __init__(self, scene: WorldView, path: str, widths: tuple[int, int, int] = (1, 1, 1)) -> None:
+        self._scene = scene
         self._path = path
-        self._body = body_of(app, path)
-        self._gravity = gravity_of(app)
+        self._body = body_of(scene, path)
+        self._gravity = gravity_of(scene)
         self._widths = [min(max(width, 1), LONGEST) for width in widths]
         self._samples: deque[_Sample] = deque(maxlen=max(self._widths))
         self._velocity, _, _ = self._motion()
-        self._time = app.simulation.time
-        self.close = app.on("physics_post_step", self._step)
+        self._time = scene.times.time
+        self.close = scene.on("physics_post_step", self._step)
         """Ends the following."""
 
     def reading(self, gravity: bool = True) -> InertialReading | None:
         """The newest reading; at rest its acceleration is 9.81 m/s2 up, or 0 without gravity. None before a step."""
-        if self._app.simulation.time > self._time:  # within a step, before our own subscriber
+        if self._scene.times.time > self._time:  # within a step, before our own subscriber
             self._step()
         if not self._samples:
             return None
@@ -75,12 +75,12 @@ class InertialUnit:
         return InertialReading(float(self._samples[-1].time), acceleration, rate, np.array([x, y, z, w]))
 
     def _step(self) -> None:
-        if not self._app.stage.GetPrimAtPath(self._path):  # removed while it plays
+        if not self._scene.stage.GetPrimAtPath(self._path):  # removed while it plays
             self.close()
             self._samples.clear()
             return
         velocity, rate, rotation = self._motion()
-        time = self._app.simulation.time
+        time = self._scene.times.time
         if time > self._time:
             change = (velocity - self._velocity) / float(time - self._time)
             orientation = transforms.quaternion(rotation)
@@ -90,7 +90,7 @@ class InertialUnit:
 
     def _motion(self) -> tuple[Floats, Floats, Floats]:
         """Velocity and angular velocity of the prim along world axes, and its rotation."""
-        fabric = self._app.fabric
+        fabric = self._scene.fabric
         pose = fabric.rigid_matrices((self._path,))[0]
         if self._body is None:
             return np.zeros(3), np.zeros(3), pose[:3, :3]
@@ -107,15 +107,15 @@ def mean_quaternion(quaternions: Floats) -> Floats:
     return out
 
 
-def body_of(app: App, path: str) -> str | None:
+def body_of(scene: WorldView, path: str) -> str | None:
     """The moving body of a prim; None if its body cannot move. Raises RunError if it is not on a rigid body."""
     from graph.sim.usd import UsdPhysics
 
-    prim = app.stage.GetPrimAtPath(path) if path.startswith("/") else None
+    prim = scene.stage.GetPrimAtPath(path) if path.startswith("/") else None
     if not prim:
         raise RunError(f"{path}: no such prim on the stage")
     while prim and not prim.IsPseudoRoot():
-        if app.fabric.is_body(str(prim.GetPath())):
+        if scene.fabric.is_body(str(prim.GetPath())):
             return str(prim.GetPath())
         if prim.HasAPI(UsdPhysics.RigidBodyAPI):
             return None
@@ -123,14 +123,14 @@ def body_of(app: App, path: str) -> str | None:
     raise RunError(f"{path}: it is on no rigid body; put it on one, or below")
 
 
-def gravity_of(app: App) -> Floats:
+def gravity_of(scene: WorldView) -> Floats:
     """Gravity, (3,) [m/s2], world axes."""
-    if app.physics is not None:
-        return app.physics.gravity
+    if scene.physics is not None:
+        return scene.physics.gravity
     from graph.sim.physics.read_world import read_gravity
     from graph.sim.scene.scan import scan_stage
 
-    return read_gravity(scan_stage(app.stage))
+    return read_gravity(scan_stage(scene.stage))
 
 
 def attribute_of(prim: Any, name: str, default: Any) -> Any:

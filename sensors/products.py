@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from graph.sim.app import App
     from graph.sim.renderer.products import RenderProduct
     from graph.sim.renderer.sensor import Sensor
+    from graph.sim.renderer.view import WorldView
 
 ROOT = "/Render/OmniverseKit/HydraTextures"
 """Parent path of products, in the stage's session layer."""
@@ -25,6 +26,13 @@ ROOT = "/Render/OmniverseKit/HydraTextures"
 
 def render_product(
     app: App, prim_path: str, resolution: Sequence[int] = (1280, 720), name: str | None = None
+) -> RenderProduct:
+    """The render product of a sensor prim of an App; see `shared_product`."""
+    return shared_product(app.world, prim_path, resolution, name)
+
+
+def shared_product(
+    scene: WorldView, prim_path: str, resolution: Sequence[int] = (1280, 720), name: str | None = None
 ) -> RenderProduct:
     """The render product of a sensor prim at a resolution (width, height); an equal one is reused.
 
@@ -35,10 +43,10 @@ def render_product(
     if not prim_path:
         raise SensorValueError("there is no prim (empty path) to render; give the path of a sensor")
     size = image_size(resolution, "(width, height)")
-    for product in app.rendering.products.values():
+    for product in scene.rendering.products.values():
         if product.camera_path == prim_path and product.resolution == size:
             return product
-    return place_product(app, f"{ROOT}/{_free_name(app, name or product_name(prim_path, size))}", prim_path, size)
+    return place_product(scene, f"{ROOT}/{_free_name(scene, name or product_name(prim_path, size))}", prim_path, size)
 
 
 def image_size(resolution: Sequence[Any], words: str) -> tuple[int, int]:
@@ -55,7 +63,7 @@ def image_size(resolution: Sequence[Any], words: str) -> tuple[int, int]:
     raise SensorValueError(f"resolution {resolution!r} is not {words}: give two whole numbers")
 
 
-def place_product(app: App, path: str, prim_path: str, resolution: tuple[int, int]) -> RenderProduct:
+def place_product(scene: WorldView, path: str, prim_path: str, resolution: tuple[int, int]) -> RenderProduct:
     """A new render product at a path; an existing one is replaced. Without a sensor ("") it renders nothing.
 
     Warns where a helper publishes what is replaced: its writers end with it.
@@ -63,46 +71,46 @@ def place_product(app: App, path: str, prim_path: str, resolution: tuple[int, in
     """
     from graph.sim.renderer.products import RenderProduct
 
-    product = RenderProduct(path, prim_path, resolution, _sensor(app, prim_path, resolution))
-    if (before := app.rendering.products.get(path)) is not None:
+    product = RenderProduct(path, prim_path, resolution, _sensor(scene, prim_path, resolution))
+    if (before := scene.rendering.products.get(path)) is not None:
         if before.writers:
-            app.warn(
+            scene.warn(
                 "render-product-replaced",
                 path,
                 "it has another sensor or size: a helper that publishes its frames goes on once it is triggered again; "
                 "trigger it in every update",
             )
-        app.rendering.remove(path)
-    _author(app, path, prim_path, resolution)
-    app.rendering.add(product)
+        scene.rendering.remove(path)
+    _author(scene, path, prim_path, resolution)
+    scene.rendering.add(product)
     if prim_path:
-        _follow_prim(app, product)
+        _follow_prim(scene, product)
     return product
 
 
-def _follow_prim(app: App, product: RenderProduct) -> None:
+def _follow_prim(scene: WorldView, product: RenderProduct) -> None:
     """Makes the sensor read its prim again, at each play and, while playing, in the update after a change.
 
     Without the prim, or with an inactive one, the product renders nothing until it is there again.
     """
 
     def refresh() -> None:
-        if app.rendering.products.get(product.path) is not product:
+        if product.scene is None:
             while ends:
                 ends.pop()()
             return
-        prim, was_lost = prim_at(app.stage, product.camera_path), product.lost
+        prim, was_lost = prim_at(scene.stage, product.camera_path), product.lost
         product.lost = not (prim and prim.IsActive())
         if product.lost:
             if not was_lost:
-                app.warn(
+                scene.warn(
                     "sensor-removed", product.camera_path, "its prim is gone, so it gives no frames until it is back"
                 )
         elif product.sensor.refresh() and product.enabled:
             product.enabled = False  # off and on: the scheduler then reads the new schedule
             product.enabled = True
 
-    ends = [app.on(event, refresh) for event in ("play", "sensors_edited")]
+    ends = [scene.on(event, refresh) for event in ("play", "sensors_edited")]
 
 
 def product_name(prim_path: str, resolution: tuple[int, int], word: str = "rtx_sensor") -> str:
@@ -111,13 +119,13 @@ def product_name(prim_path: str, resolution: tuple[int, int], word: str = "rtx_s
     return f"{word}_{digest.hexdigest()}"
 
 
-def remove_product(app: App, product: RenderProduct) -> None:
+def remove_product(scene: WorldView, product: RenderProduct) -> None:
     """Removes a product and its prim."""
     from graph.sim.usd import Usd
 
-    app.rendering.remove(product.path)
-    with Usd.EditContext(app.stage, app.stage.GetSessionLayer()):
-        app.stage.RemovePrim(product.path)
+    scene.rendering.remove(product.path)
+    with Usd.EditContext(scene.stage, scene.stage.GetSessionLayer()):
+        scene.stage.RemovePrim(product.path)
 
 
 def sensor_problem(stage: Usd.Stage, prim_path: str) -> str | None:
@@ -133,29 +141,29 @@ def sensor_problem(stage: Usd.Stage, prim_path: str) -> str | None:
     return f"{prim_path}: a {name or 'typeless prim'} is not a sensor; give the path of an {' or '.join(known)}"
 
 
-def _sensor(app: App, prim_path: str, resolution: tuple[int, int]) -> Sensor:
+def _sensor(scene: WorldView, prim_path: str, resolution: tuple[int, int]) -> Sensor:
     if not prim_path:
         from .blank import Blank
 
-        return Blank(app)
-    if problem := sensor_problem(app.stage, prim_path):
+        return Blank(scene)
+    if problem := sensor_problem(scene.stage, prim_path):
         raise SensorValueError(problem)
-    return sensor_types()[str(app.stage.GetPrimAtPath(prim_path).GetTypeName())].runtime(app, prim_path, resolution)
+    return sensor_types()[str(scene.stage.GetPrimAtPath(prim_path).GetTypeName())].runtime(scene, prim_path, resolution)
 
 
-def _free_name(app: App, wanted: str) -> str:
+def _free_name(scene: WorldView, wanted: str) -> str:
     base = re.sub(r"\W", "_", wanted)
     name, number = base, 1
-    while f"{ROOT}/{name}" in app.rendering.products:
+    while f"{ROOT}/{name}" in scene.rendering.products:
         name, number = f"{base}_{number:02}", number + 1
     return name
 
 
-def _author(app: App, path: str, camera: str, size: tuple[int, int]) -> None:
+def _author(scene: WorldView, path: str, camera: str, size: tuple[int, int]) -> None:
     """Writes the product as a RenderProduct prim, in the session layer, because it is not part of the scene."""
     from graph.sim.usd import Gf, Usd, UsdRender
 
-    with Usd.EditContext(app.stage, app.stage.GetSessionLayer()):
-        prim = UsdRender.Product.Define(app.stage, path)
+    with Usd.EditContext(scene.stage, scene.stage.GetSessionLayer()):
+        prim = UsdRender.Product.Define(scene.stage, path)
         prim.CreateCameraRel().SetTargets([camera] if camera else [])
         prim.CreateResolutionAttr().Set(Gf.Vec2i(*size))

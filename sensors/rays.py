@@ -14,7 +14,7 @@ from graph.sim.transforms import Floats, apply, rigid_part, transformed
 from .inertial import attribute_of
 
 if TYPE_CHECKING:
-    from graph.sim.app import App
+    from graph.sim.renderer.view import WorldView
 
 FRAMES = ("SENSOR", "WORLD")
 _RANGES = (("minRange", 0.4), ("maxRange", 100.0))
@@ -100,29 +100,29 @@ class RaySensor:
         first, last = float(start % period), float(end % period)
         return (phase >= first) & (phase < last) if first <= last else (phase >= first) | (phase < last)
 
-    def read(self, app: App) -> RayReading:
+    def read(self, scene: WorldView) -> RayReading:
         """Casts the rays of the newest physics step, from the shortest range on, at the surfaces that lidars see."""
-        now = app.simulation.time
-        chosen = self.fired(now - 1 / app.simulation.steps_per_second, now)
-        placed = np.asarray(app.fabric.world_matrix(self.path), float)
+        now = scene.times.time
+        chosen = self.fired(now - 1 / scene.steps_per_second, now)
+        placed = np.asarray(scene.fabric.world_matrix(self.path), float)
         turn = rigid_part(placed)[:3, :3]
         origins, directions = transformed(placed, self.origins[chosen]), apply(turn, self.directions[chosen])
-        depths, normals, prims = self._cast(app, origins, directions)
+        depths, normals, prims = self._cast(scene, origins, directions)
         ends = positions = origins + directions * depths[:, None]
         if not self.in_world:
             positions, normals = transformed(np.linalg.inv(placed), ends), apply(turn.T, normals)
         return RayReading(float(now), origins, ends, depths, positions, normals, prims if self.names else [])
 
-    def _cast(self, app: App, origins: Floats, directions: Floats) -> tuple[Floats, Floats, list[str]]:
+    def _cast(self, scene: WorldView, origins: Floats, directions: Floats) -> tuple[Floats, Floats, list[str]]:
         """Depths (n,) [stage units], normals (n, 3) and paths of the hit prims."""
         from .raycast.ranged import cast_ranged
         from .raycast.rays import NO_SURFACE
         from .raycast.shared import cast_world
 
-        count, unit = len(origins), float(app.meters_per_unit)
+        count, unit = len(origins), float(scene.meters_per_unit)
         if not count:
             return np.zeros(0), np.zeros((0, 3)), []
-        world = cast_world(app)
+        world = cast_world(scene)
         ranges = self.nearest * unit, (self.farthest - self.nearest) * unit
         hits = cast_ranged(world, origins * unit, directions, ranges, normals=True)
         depths = hits.distance.astype(float) / unit + self.nearest

@@ -21,6 +21,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from graph.isaac.managers.current import orchestrator
+from graph.sim import entered
 
 from .annotators.annotator import Annotator, Product, check_device
 from .annotators.registry import annotator_types, find_annotator, register_annotator
@@ -44,10 +45,8 @@ def create_render_product(
     camera: path of a sensor prim, a prim, or an authoring object such as `Lidar`. Raises SensorValueError (a UserError
     and a ValueError) for a missing prim or another kind of prim.
     """
-    from graph.sim.app import App
-
     path = camera.GetPath() if hasattr(camera, "GetPath") else getattr(camera, "path", camera)
-    return render_product(app or App.current(), str(path), resolution, name)
+    return render_product(app or entered.current(), str(path), resolution, name)
 
 
 def get_annotator(

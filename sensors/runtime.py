@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import weakref
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
@@ -29,11 +28,10 @@ from .surfaces.ids import has_prim
 if TYPE_CHECKING:
     from pxr import Usd
 
-    from graph.sim.app import App
     from graph.sim.renderer.sensor import Schedule
+    from graph.sim.renderer.view import WorldView
 
 Config = TypeVar("Config")
-Sensor = TypeVar("Sensor", bound="SensorRuntime[Any]")
 
 
 @dataclass(slots=True)
@@ -70,21 +68,15 @@ class SensorRuntime(ABC, Generic[Config]):
     wants_updates = False
     coords = "NOT_APPLICABLE"
 
-    def __init__(self, app: App, prim_path: str, resolution: tuple[int, int] = (1280, 720)) -> None:
+    def __init__(self, scene: WorldView, prim_path: str, resolution: tuple[int, int] = (1280, 720)) -> None:
+        self.scene = scene
+        """Its world, which a tick brings to what measures."""
         self.path = prim_path
         self.resolution = resolution
         """Width and height of its render product [px]; only image sensors use it."""
         self.demand = Demand()
-        self._owner = weakref.ref(app)  # the App keeps its sensors; they must not keep the App
         self._authored: Any = None
         self.refresh()
-
-    @property
-    def _app(self) -> App:
-        app = self._owner()
-        if app is None:
-            raise RunError(f"{self.path}: the App of this sensor is gone; keep a reference to it")
-        return app
 
     # -- what a modality supplies ------------------------------------------------------------------------------------
 
@@ -125,7 +117,7 @@ class SensorRuntime(ABC, Generic[Config]):
         """The tick rate [Hz] of a prim without an authored rate."""
         return Fraction(0)
 
-    def advance(self, start: Fraction, end: Fraction, poses: Any) -> None:
+    def advance(self, start: Fraction, end: Fraction, scene: WorldView) -> None:
         """Measures between ticks; called if `wants_updates`."""
 
     def reset(self) -> None:
@@ -140,7 +132,7 @@ class SensorRuntime(ABC, Generic[Config]):
 
         Raises UserError if the prim no longer describes a sensor.
         """
-        prim = self._app.stage.GetPrimAtPath(self.path)
+        prim = self.scene.stage.GetPrimAtPath(self.path)
         if not prim or prim.GetTypeName() != self.type_name:
             raise UserError(f"{self.path} is not a {self.type_name} prim; give the path of one")
         self._aux = read_aux_level(prim)
@@ -157,7 +149,7 @@ class SensorRuntime(ABC, Generic[Config]):
         self._channels: frozenset[str] = frozenset()
         self._say_mirrored(prim)
         self.configure()
-        self.schedule = self.schedule_for(self._app.rendering.moment)
+        self.schedule = self.schedule_for(self.scene.rendering.moment)
         self.reset()
         return True
 
@@ -194,8 +186,9 @@ class SensorRuntime(ABC, Generic[Config]):
 
     def pose(self, poses: Any = None) -> np.ndarray:
         """Sensor to world, (4, 4) float64, rigid, metres, in a state (None: now). Raises RunError unless finite."""
-        pose = rigid_part(self._app.fabric.world_matrix(self.path, poses), self.side_axis)
-        pose[:3, 3] *= self._app.meters_per_unit
+        fabric = self.scene.fabric
+        pose = rigid_part(fabric.world_matrix(self.path, poses), self.side_axis)
+        pose[:3, 3] *= fabric.meters_per_unit
         if not np.isfinite(pose).all():
             raise RunError(f"{self.path}: its transform is not finite, so it sees nothing; correct its xformOps")
         return pose
@@ -209,7 +202,7 @@ class SensorRuntime(ABC, Generic[Config]):
 
     def look_back(self, span: Fraction) -> None:
         """Keeps the physics states of at least the last `span` [s]; see `History`."""
-        self.history = history_of(self._app)
+        self.history = history_of(self.scene)
         self.history.keep(span)
 
     # -- demand ------------------------------------------------------------------------------------------------------
@@ -242,9 +235,9 @@ class SensorRuntime(ABC, Generic[Config]):
                 f"{', '.join(channel.name for channel in self.kind.channels)}"
             )
         self.demand.require(owner, channels, optional=measures.intersection(optional), ignore_aux=ignore_aux)
-        self._aux = read_aux_level(self._app.stage.GetPrimAtPath(self.path))
+        self._aux = read_aux_level(self.scene.stage.GetPrimAtPath(self.path))
         for name, level in self.demand.above(self._aux, owner).items():
-            self._app.warn(
+            self.scene.warn(
                 "aux-level-too-low",
                 f"{self.path}.{name}",
                 f"{name} stays empty: it needs aux_output_level {level.name}, the prim has {self._aux.name} "
@@ -271,9 +264,9 @@ class SensorRuntime(ABC, Generic[Config]):
 
     def has_stable_ids(self) -> bool:
         """Whether frames can hold object ids; if not, gives the reason once as a warning when they are requested."""
-        if self._app.settings.get(STABLE_IDS, False):
+        if self.scene.settings.get(STABLE_IDS, False):
             return True
-        self._app.warn("stable-ids-off", self.path, f"object ids stay empty; switch them on with --{STABLE_IDS}=true")
+        self.scene.warn("stable-ids-off", self.path, f"object ids stay empty; switch them on with --{STABLE_IDS}=true")
         return False
 
     def object_ids(self, *, resolve_all: bool = False) -> dict[int, str]:
@@ -284,25 +277,25 @@ class SensorRuntime(ABC, Generic[Config]):
         """
         if not self.has_stable_ids():
             return {}
-        from .raycast.shared import surface_id_map
+        from .raycast.shared import cast_world, surface_id_map
 
-        resolve_all = resolve_all and self._app.settings.get(keys.ID_MAP_EXTENSION)
-        found = surface_id_map(self._app)
+        resolve_all = resolve_all and self.scene.settings.get(keys.ID_MAP_EXTENSION)
+        found = surface_id_map(cast_world(self.scene))
         return {number: path for number, path in found.items() if resolve_all or has_prim(path)}
 
     def packed_object_ids(self) -> np.ndarray | None:
         """The whole map as a StableIdMap buffer, uint8, read-only; None while stable ids are off."""
         if not self.has_stable_ids():
             return None
-        from .raycast.shared import packed_id_map
+        from .raycast.shared import cast_world, packed_id_map
 
-        return packed_id_map(self._app)
+        return packed_id_map(cast_world(self.scene))
 
     def class_labels(self) -> dict[int, dict[str, str]]:
         """Number in the channel classId -> its labels, {taxonomy: label}."""
-        from .raycast.shared import surface_labels
+        from .raycast.shared import cast_world, surface_labels
 
-        return surface_labels(self._app)
+        return surface_labels(cast_world(self.scene))
 
     # -- inside ------------------------------------------------------------------------------------------------------
 
@@ -311,7 +304,7 @@ class SensorRuntime(ABC, Generic[Config]):
 
         place = UsdGeom.Xformable(prim)
         if place and place.ComputeLocalToWorldTransform(0).GetDeterminant() < 0:
-            self._app.warn(
+            self.scene.warn(
                 "sensor-mirrored",
                 self.path,
                 f"a negative scale above it mirrors it; its local {'xyz'[self.side_axis]} axis is turned round, so "
@@ -321,7 +314,7 @@ class SensorRuntime(ABC, Generic[Config]):
     def _read_rate(self, prim: Usd.Prim) -> Fraction:
         rate = read_tick_rate(prim, self.bare_rate())
         if rate and not has_sensor_api(prim):
-            self._app.warn(
+            self.scene.warn(
                 "sensor-api-missing",
                 self.path,
                 "it has no OmniSensorAPI, so its tickRate does not count and it renders in every update; apply the "
@@ -334,32 +327,11 @@ class SensorRuntime(ABC, Generic[Config]):
         """The channels that a setting keeps empty, each with a warning."""
         withheld = set()
         for channel in (CHANNELS[name] for name in sorted(wanted)):
-            if channel.setting and not self._app.settings.get(channel.setting, False):
-                self._app.warn(
+            if channel.setting and not self.scene.settings.get(channel.setting, False):
+                self.scene.warn(
                     channel.setting_code,
                     self.path,
                     f"{channel.name} stays empty; switch it on with --{channel.setting}=true",
                 )
                 withheld.add(channel.name)
         return frozenset(withheld)
-
-
-class Model(Generic[Sensor]):
-    """Base of models. A model measures for a sensor in one configuration; a changed sensor makes a new model.
-
-    The sensor owns its model, so the model refers to the sensor weakly, and through it to the App.
-    """
-
-    def __init__(self, sensor: Sensor) -> None:
-        self._weak = weakref.ref(sensor)
-        self._path, self._exclude = sensor.path, sensor.exclude
-
-    @property
-    def _sensor(self) -> Sensor:
-        sensor = self._weak()
-        assert sensor is not None, "a sensor outlives what measures for it"
-        return sensor
-
-    @property
-    def _app(self) -> App:
-        return self._sensor._app

@@ -12,12 +12,13 @@ from .annotators.annotator import Annotator, split_data
 from .annotators.registry import find_annotator
 from .annotators.specs import ANNOTATORS
 from .errors import SensorValueError
-from .products import product_name, render_product
+from .products import product_name, shared_product
 from .writers import WRITERS, AttachedWriter, Writer, WriterSpec, find_writer, writer_specs
 
 if TYPE_CHECKING:
     from graph.sim.app import App
     from graph.sim.renderer.products import RenderProduct
+    from graph.sim.renderer.view import WorldView
 
 RESOLUTION = (300, 300)
 """Of the render products of sensors that measure no picture; it has no effect on what they measure."""
@@ -53,17 +54,18 @@ class RenderedSensor(Suggesting):
 
     def __init__(
         self,
-        app: App,
+        scene: WorldView,
         path: str,
         resolution: tuple[int, int],
         annotators: Iterable[str] = (),
         writers: Iterable[str] = (),
     ) -> None:
         self.path = path
-        self._app = app
+        self.scene = scene
+        """The world of its prim."""
         self._annotator_table: dict[str, dict[str, Any]] = dict(self.annotator_specs)
         self._writer_table = dict(WRITERS)
-        self._product = render_product(app, path, resolution, product_name(path, resolution, self.product_word))
+        self._product = shared_product(scene, path, resolution, product_name(path, resolution, self.product_word))
         self._annotators: dict[str, Annotator] = {}
         self._writers: dict[str, AttachedWriter] = {}
         self.attach_annotators(annotators)
@@ -73,7 +75,7 @@ class RenderedSensor(Suggesting):
     @property
     def render_product(self) -> RenderProduct:
         """The render product. Raises RuntimeError after its removal (a stop removes products made while playing)."""
-        if self._app.rendering.products.get(self._product.path) is not self._product:
+        if self._product.scene is None:
             raise RuntimeError(f"{self._product.path} is gone: a stop ended it; make a new {type(self).__name__}")
         return self._product
 
@@ -104,7 +106,7 @@ class RenderedSensor(Suggesting):
             if name in self._annotators:
                 self._annotators[name].detach()
             spec = self._annotator_table[name]
-            annotator = Annotator(find_annotator(spec["name"]), app=self._app)
+            annotator = Annotator(find_annotator(spec["name"]))
             annotator.initialize(**spec.get("defaults", {})).attach(self.render_product)
             self._annotators[name] = annotator
         return {name: self._annotators[name] for name in names}
@@ -114,7 +116,7 @@ class RenderedSensor(Suggesting):
         for name in short_names(names):
             annotator = self._annotators.pop(name, None)
             if annotator is None:
-                self._app.warn("not-attached", f"{self.path}.{name}", f"annotator {name!r} is not attached")
+                self.scene.warn("not-attached", f"{self.path}.{name}", f"annotator {name!r} is not attached")
             else:
                 annotator.detach()
 
@@ -126,7 +128,7 @@ class RenderedSensor(Suggesting):
         spec = _writer_spec(writer_name, self._writer_table)
         if writer_name in self._writers:
             self.detach_writer(writer_name)
-        attached = AttachedWriter(writer_name, spec, app=self._app).initialize(**arguments).attach(self.render_product)
+        attached = AttachedWriter(writer_name, spec).initialize(**arguments).attach(self.render_product)
         self._writers[writer_name] = attached
         assert attached.writer is not None
         return attached.writer
@@ -135,7 +137,7 @@ class RenderedSensor(Suggesting):
         """Detaches a writer; an unknown name gives a warning."""
         attached = self._writers.pop(writer_name, None)
         if attached is None:
-            self._app.warn("not-attached", f"{self.path}.{writer_name}", f"writer {writer_name!r} is not attached")
+            self.scene.warn("not-attached", f"{self.path}.{writer_name}", f"writer {writer_name!r} is not attached")
         else:
             attached.detach()
 
@@ -165,7 +167,7 @@ class PointSensor(RenderedSensor, Generic[Authored, Runtime]):
         made: Any = path if isinstance(path, self.authored_by) else self.authored_by(path, app=app)
         self._authored: Authored = made
         self.render_vars = tuple(render_vars or ())
-        super().__init__(made.app, made.path, RESOLUTION, annotators, writers)
+        super().__init__(made.scene, made.path, RESOLUTION, annotators, writers)
 
     def get_data(self, annotator: str, device: str | None = None) -> tuple[Any, Mapping[str, Any]]:
         """(data, info) of an attached annotator; data is None before the first frame.

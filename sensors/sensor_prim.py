@@ -12,6 +12,7 @@ import numpy as np
 
 from graph.base import exact
 from graph.base.suggesting import Suggesting
+from graph.sim import entered
 from graph.sim.scene.prim_paths import is_path
 
 from . import prim as on_prim
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from pxr import Usd
 
     from graph.sim.app import App
+    from graph.sim.renderer.view import WorldView
 
 
 class SensorPrim(Suggesting):
@@ -52,12 +54,10 @@ class SensorPrim(Suggesting):
         reset_xform_op_properties: bool = True,
         app: App | None = None,
     ) -> None:
-        from graph.sim.app import App
-
         if aux_output_level is not None and aux_output_level not in self.aux_levels:
             raise SensorValueError(f"aux_output_level {aux_output_level!r} is not one of {', '.join(self.aux_levels)}")
-        self.app: App = app if app is not None else App.current()
-        self.path, existed = resolve(self.app.stage, path, self.word)
+        self.scene: WorldView = (entered.current() if app is None else app).world
+        self.path, existed = resolve(self.scene.stage, path, self.word)
         if not isinstance(attributes, Mapping | None):
             raise SensorValueError(
                 f"{self.path}: attributes are a mapping of names to values, not {type(attributes).__name__}"
@@ -72,7 +72,7 @@ class SensorPrim(Suggesting):
             on_prim.apply_schemas(self.prim, schemas)
         else:
             self.check_creation()
-            self.define(self.app.stage, self.path)
+            self.define(self.scene.stage, self.path)
             if tick_rate is None and TICK_RATE not in attributes:
                 tick_rate = self.bare_rate() or None
             on_prim.apply_schemas(self.prim, [*schemas, *self.implied_schemas(attributes)])
@@ -102,9 +102,7 @@ class SensorPrim(Suggesting):
         referenced as the prim itself, any other below an Xform, whose first one is wrapped. variant: a name, or
         {variant set: name}. Other options as in the constructor. Raises SensorValueError.
         """
-        from graph.sim.app import App
-
-        app = app if app is not None else App.current()
+        app = app if app is not None else entered.current()
         path = one_path(path, cls.word)
         if config is not None and usd_path is not None:
             raise SensorValueError(f"{path}: give config or usd_path, not both")
@@ -163,7 +161,7 @@ class SensorPrim(Suggesting):
     @property
     def prim(self) -> Usd.Prim:
         """The prim."""
-        return self.app.stage.GetPrimAtPath(self.path)
+        return self.scene.stage.GetPrimAtPath(self.path)
 
     @property
     def prims(self) -> list[Usd.Prim]:
@@ -242,7 +240,7 @@ class SensorPrim(Suggesting):
                 self._warn("unknown-attribute", f"the prim has no attribute {name}; it is skipped", name)
 
     def _warn(self, code: str, message: str, detail: str = "") -> None:
-        self.app.warn(code, f"{self.path}.{detail}" if detail else self.path, message)
+        self.scene.warn(code, f"{self.path}.{detail}" if detail else self.path, message)
 
 
 def check_type(prim: Usd.Prim, wanted: str) -> None:

@@ -20,8 +20,8 @@ from .errors import SensorValueError
 if TYPE_CHECKING:
     from pxr import Usd
 
-    from graph.sim.app import App
     from graph.sim.renderer.sensor import Sensor
+    from graph.sim.renderer.view import WorldView
 
     from .annotators.types import AnnotatorType
     from .writers.spec import WriterSpec
@@ -56,15 +56,16 @@ class SensorType:
     - check: lines about what is wrong with a prim, before anything runs.
     - author(prim, config, variant, roots=, base=): writes a named configuration, the key `config` of a prim in a graph
       file; None for a type without configurations.
-    - facts: what `graph explain` knows of a prim, as JSON data. rows: the same as (label, text) for a person.
-    - blind(app, prim): a sentence about what may keep such a sensor from seeing anything, said where it saw nothing.
+    - facts(scene, prim): what `graph explain` knows of a prim, as JSON data. rows: the same as (label, text) for a
+      person.
+    - blind(scene, prim): a sentence about what may keep such a sensor from seeing anything, said where it saw nothing.
     - rules: texts of the names that `Sensor.rule` gives, beside those for all sensors.
     - read_by: the nodes that poll such sensors (`sensors.polled`), which then have no render products; "" for rendered
       ones.
     """
 
     prim_type: str
-    runtime: Callable[[App, str, tuple[int, int]], Sensor]
+    runtime: Callable[[WorldView, str, tuple[int, int]], Sensor]
     modality: str = "UNDEFINED"
     channels: Sequence[Channel] = POINT_CHANNELS
     annotators: Sequence[AnnotatorType] = ()
@@ -74,9 +75,9 @@ class SensorType:
     example: str = ""
     check: Callable[[Usd.Prim], Iterable[str]] = lambda prim: ()
     author: Callable[..., None] | None = None
-    facts: Callable[[App, Usd.Prim], Mapping[str, Any]] = lambda app, prim: {}
+    facts: Callable[[WorldView, Usd.Prim], Mapping[str, Any]] = lambda scene, prim: {}
     rows: Callable[[Mapping[str, Any]], Iterable[tuple[str, str]]] = lambda facts: ()
-    blind: Callable[[App, Usd.Prim], str] = lambda app, prim: ""
+    blind: Callable[[WorldView, Usd.Prim], str] = lambda scene, prim: ""
     rules: Mapping[str, str] = field(default_factory=dict)
     read_by: str = ""
 

@@ -82,7 +82,7 @@ def _prim(app: App, prim: Usd.Prim) -> dict[str, Any]:
 
     known: dict[str, Any] = {"path": str(prim.GetPath()), "type": str(prim.GetTypeName())}
     kind = sensor_type(known["type"])
-    return known | dict(kind.facts(app, prim)) if kind else known
+    return known | dict(kind.facts(app.world, prim)) if kind else known
 
 
 def _rendered(app: App, product: RenderProduct, seen: Observed, steps: Sequence[Step]) -> dict[str, Any]:

@@ -50,7 +50,7 @@ def _casts(app: App, seen: Observed, sensors: Sequence[Mapping[str, Any]]) -> It
             continue
         runtime: Any = unwrapped(seen.products[sensor["product"]].sensor)
         if math.isfinite(runtime.reach):
-            world = cast_world(app)
+            world = cast_world(app.world)
             names = [
                 world.surfaces[number].path for number in world.standing.beyond(runtime.pose()[:3, 3], runtime.reach)
             ]

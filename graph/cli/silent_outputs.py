@@ -81,7 +81,7 @@ def warn_of_blind_sensors(app: App) -> None:
         prim = app.stage.GetPrimAtPath(path)
         kind = sensor_types().get(str(prim.GetTypeName())) if prim else None
         asks = "is something within its range, in its view and not excluded?"
-        why = kind.blind(app, prim) if kind else ""
+        why = kind.blind(app.world, prim) if kind else ""
         app.warn("sensor-saw-nothing", path, f"no return in any of its {count} frames; {asks} {why}".rstrip())
 
 

@@ -239,7 +239,7 @@ def start(
     if app.fidelity.lidar_motion != "frozen":
         from sensors.motion.history import begin_history
 
-        begin_history(app)
+        begin_history(app.world)
     for warning in parts.warnings:
         app.warn(*warning)
     for problem in refused:

@@ -115,9 +115,19 @@ class App(Suggesting):
         )
         loop_hz = loop_hz if knobs.loop_hz is None else knobs.loop_hz
         choice = checked_choice(when_playing or str(self.settings.get(keys.WHEN_PLAYING)))
+        self.phases = Phases()
         with mapped(asset_roots or {}):
             self.world = open_world(
-                stage, mjcf, engine=physics, fidelity=knobs, when_playing=choice, warn=warn, allow=allow
+                stage,
+                mjcf,
+                engine=physics,
+                fidelity=knobs,
+                when_playing=choice,
+                warn=warn,
+                settings=self.settings,
+                seed=self.seed,
+                phases=self.phases,
+                allow=allow,
             )
         authored = self.world.authored_rate
         physics_rate, loop_rate = clock_rates(
@@ -131,7 +141,6 @@ class App(Suggesting):
         )
         experience_settings(self.settings, experience, loop_rate if loop_hz is not None else None, self.stage)
 
-        self.phases = Phases()
         self.bus = MessageBus()
         self.wall_clock: WallClock = wall_clock if wall_clock is not None else VirtualClock()
         self.run_loop = RunLoop(self.settings, self.wall_clock, 1 / loop_rate)
@@ -139,8 +148,9 @@ class App(Suggesting):
         if played := time_range(self.stage, self.warn):
             self.timeline.set_range(*played)
         clock = self.bus.clock = PhysicsClock(physics_rate)
-        self.rendering = self._new_rendering(clock)
-        self.simulation = self._new_simulation(
+        self.rendering = self.world.rendering = self._new_rendering(clock)
+        self.rendering.scene = self.world
+        self.simulation = self.world.times = self._new_simulation(
             clock, follows_stage_rate=physics_hz is None and knobs.physics_hz is None and experience != "zero_delay"
         )
         if authored == 0 and physics_hz is None and knobs.physics_hz is None:
@@ -166,18 +176,14 @@ class App(Suggesting):
         self.graphs: dict[str, Any] = {}
         """The graphs bound to this App, by path; filled by the code that binds them."""
         file = stage if isinstance(stage, (str, Path)) else mjcf if isinstance(mjcf, (str, Path)) else None
-        self.folders: tuple[Path, ...] | None = None
-        """Folders from which nodes and textures may read files: the file's own, then those the user allows.
-
-        Relative names are below the first. None: no file describes the scene; the program that does may read any.
-        """
         if file is not None:
-            self.folders = (Path(file).expanduser().absolute().parent, *map(Path, allow))
+            self.world.folders = (Path(file).expanduser().absolute().parent, *map(Path, allow))
         self.output_folder: Path | None = None
+        """Where the run writes files; None if it writes no files."""
         self.metrics: dict[str, float] = {}
         """Values that nodes write into the report, by name."""
-        """Where the run writes files; None if it writes no files."""
         self._told_closing = False
+        entered.begin(self)
 
     def _new_rendering(self, clock: PhysicsClock) -> SensorScheduler:
         run_loop = self.run_loop
@@ -260,6 +266,15 @@ class App(Suggesting):
     def fidelity(self) -> Fidelity:
         """The fidelity knobs."""
         return self.world.fidelity
+
+    @property
+    def folders(self) -> tuple[Path, ...] | None:
+        """Folders from which nodes and textures may read files; None: from any. See `World.folders`."""
+        return self.world.folders
+
+    @folders.setter
+    def folders(self, folders: tuple[Path, ...] | None) -> None:
+        self.world.folders = folders
 
     @property
     def physics(self) -> PhysicsEngine | None:

@@ -3,10 +3,27 @@
 from __future__ import annotations
 
 from typing import Any
+from weakref import WeakSet
 
 from graph.base.errors import UserError
 
 _entered: list[Any] = []
+
+
+_living: WeakSet[Any] = WeakSet()
+
+
+def begin(app: Any) -> None:
+    """From now on `of_world` finds an App, as long as it lives."""
+    _living.add(app)
+
+
+def of_world(world: Any) -> Any:
+    """The App of a world. Raises UserError if it is gone."""
+    found = next((app for app in _living if app.world is world), None)
+    if found is None:
+        raise UserError("the App is gone; keep a reference to it")
+    return found
 
 
 def enter(app: Any) -> None:

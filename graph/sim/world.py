@@ -21,17 +21,22 @@ if TYPE_CHECKING:
 
     from .geometry.surfaces import Mesh, Plane
     from .live.live_stage import LiveStage
+    from .phases import Phases
     from .physics.protocol import EngineFactory, PhysicsEngine
+    from .renderer.scheduler import SensorScheduler
     from .scene.stage import StageState, Warn
+    from .settings import Settings
     from .state.prim_poses import PrimPoses
+    from .timing.time_queries import TimeQueries
 
 EXTERNAL_TIME = ("/ExternalSimulationTime", "omni:time")
 """The place of the renderer's clock in Fabric: prim and attribute."""
 
 
 class World:
-    """Stage, Fabric and physics of one App. It knows no clock and no sensor; its player builds and frees it.
+    """Stage, Fabric and physics of one App; its player builds and frees it. Sensors see it as a `WorldView`.
 
+    It moves no clock and no sensor: it only gives those of its App to sensors, which ask for times and other products.
     `mjcf` is the MJCF model that the stage mirrors, if any; `engine` makes the physics engine of each
     play in which something can move.
     """
@@ -45,6 +50,9 @@ class World:
         fidelity: Fidelity,
         when_playing: WhenPlaying,
         warn: Warn,
+        settings: Settings,
+        seed: int,
+        phases: Phases,
     ) -> None:
         self.stage = stage
         self.mjcf = mjcf
@@ -52,6 +60,14 @@ class World:
         self.fidelity = fidelity
         self.when_playing: WhenPlaying = when_playing
         self.warn = warn
+        self.settings, self.seed, self.on = settings, seed, phases.on
+        self.folders: tuple[Path, ...] | None = None
+        """Folders from which nodes and textures may read files: the file's own, then those the user allows.
+
+        Relative names are below the first. None: no file describes the scene; the program that does may read any.
+        """
+        self.times: TimeQueries
+        self.rendering: SensorScheduler
         self.steps_per_second = Fraction(60)
         """The rate with which physics is built [Hz]; see `set_rate`."""
         self._rate_taker: Callable[[], Callable[[], None] | None] = _nobody
@@ -64,6 +80,10 @@ class World:
         self.fabric: PrimPoses = self._new_fabric()
         self._stage_state: StageState | None = None
         self._geometry: tuple[Mesh | Plane, ...] | None = None
+        self.derived: dict[str, Any] = {}
+        """What sensors have made of the geometry, until that is collected again."""
+        self.shared: dict[str, Any] = {}
+        """What sensors share as long as the world lives."""
         self.fabric.set(*EXTERNAL_TIME, 0.0)
 
     @property
@@ -115,6 +135,7 @@ class World:
     def forget_geometry(self) -> None:
         """Makes the geometry for rays be collected again at its next use."""
         self._geometry = None
+        self.derived = {}
 
     # -- edits -------------------------------------------------------------------------------------------------------
 
@@ -148,7 +169,7 @@ class World:
         from .scene.stage_faults import repair_turns
 
         repair_turns(self.stage, self.warn)
-        self._geometry = None
+        self.forget_geometry()
         if self.fabric.enabled != self.fidelity.fabric:
             old, self.fabric = self.fabric, self._new_fabric()
             self.fabric.take_values(old)
@@ -179,7 +200,7 @@ class World:
         self.fabric.unbind()
         physics, self.physics = self.physics, None
         self.built = False
-        self._geometry = None
+        self.forget_geometry()
         if physics is not None:
             physics.close()
 
@@ -192,13 +213,17 @@ class World:
         """Puts another stage in the place of the present one, while stopped; an MJCF model ends with its stage."""
         self.fabric.close()
         self.stage, self.mjcf = stage, None
-        self._stage_state = self._geometry = None
+        self._stage_state = None
+        self.forget_geometry()
         self.fabric = self._new_fabric()
         self.fabric.set(*EXTERNAL_TIME, 0.0)
 
     def close(self) -> None:
-        """Stops listening to the stage."""
+        """Stops listening to the stage, and lets go of what sensors made of it and of what refers to them."""
         self.fabric.close()
+        self.forget_geometry()
+        self.shared.clear()
+        del self.rendering, self.times
 
     def _new_fabric(self) -> PrimPoses:
         from .state.fabric import Fabric
@@ -219,6 +244,9 @@ def open_world(
     fidelity: Fidelity,
     when_playing: WhenPlaying,
     warn: Warn,
+    settings: Settings,
+    seed: int,
+    phases: Phases,
     allow: Iterable[str | Path] = (),
 ) -> World:
     """The world of a stage (the path of a USD file, a `Usd.Stage`, None: an empty one) or of an MJCF file or model.
@@ -247,7 +275,17 @@ def open_world(
         register_schemas()
         if not hasattr(stage, "GetRootLayer"):
             raise UserError(f"stage {stage!r}: give the path of a USD file, a Usd.Stage, or None for an empty one")
-    return World(stage, mjcf=mjcf, engine=engine, fidelity=fidelity, when_playing=when_playing, warn=warn)
+    return World(
+        stage,
+        mjcf=mjcf,
+        engine=engine,
+        fidelity=fidelity,
+        when_playing=when_playing,
+        warn=warn,
+        settings=settings,
+        seed=seed,
+        phases=phases,
+    )
 
 
 def _tell_graphs(stage: Any, path: str | Path, warn: Warn) -> None:

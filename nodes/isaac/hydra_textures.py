@@ -62,7 +62,7 @@ def _attached(db: Database, path: str) -> Any:
     if not cameras:
         db.fail(f"{path} has no camera; set its camera relationship")
     width, height = prim.GetResolutionAttr().Get()
-    return place_product(db.app, path, str(cameras[0]), (int(width), int(height)))
+    return place_product(db.app.world, path, str(cameras[0]), (int(width), int(height)))
 
 
 def _add_variables(stage: Any, path: str, names: Any) -> None:

@@ -90,7 +90,7 @@ def _make(db: Database, wanted: tuple[str, int, int]) -> None:
 
     rendering, memory = db.app.rendering, db.memory
     if memory.own and memory.path in rendering.products:
-        remove_product(db.app, rendering.products[memory.path])
+        remove_product(db.app.world, rendering.products[memory.path])
     camera, width, height = wanted
     before = set(rendering.products)
     product = render_product(db.app, camera, resolution=(width, height))

@@ -58,7 +58,7 @@ def product_of(app: App, viewport: Viewport) -> Any:
     from sensors.products import place_product
 
     product = app.rendering.products.get(viewport.path)
-    return product or place_product(app, viewport.path, viewport.camera, viewport.size)
+    return product or place_product(app.world, viewport.path, viewport.camera, viewport.size)
 
 
 def named_viewport(db: Database) -> Viewport | None:
@@ -145,7 +145,7 @@ def set_viewport_resolution(db: Database) -> bool:
     viewport.size = size
     product = product_of(db.app, viewport)
     if product.resolution != size:
-        place_product(db.app, viewport.path, viewport.camera, size)
+        place_product(db.app.world, viewport.path, viewport.camera, size)
     db.fire("execOut")
     return True
 
@@ -172,7 +172,7 @@ def set_camera_on_render_product(db: Database) -> None:
         db.lack(f"there is no render product {inputs.renderProductPath or '(empty path)'}; connect one")
     camera = str(inputs.cameraPrim[0])
     if product.camera_path != camera:
-        place_product(app, product.path, camera, product.resolution)
+        place_product(app.world, product.path, camera, product.resolution)
         for viewport in viewports_of(app).values():
             if viewport.path == product.path:
                 viewport.camera = camera

@@ -68,7 +68,7 @@ def poll(db: Database, name: str, prim_type: str, channels: Iterable[str]) -> Fr
         _withdraw(db)
         prim = sensor_prim(db, targets, name)
         try:
-            memory.polled = polled_sensor(db.app, str(prim.GetPath()), prim_type)
+            memory.polled = polled_sensor(db.app.world, str(prim.GetPath()), prim_type)
         except UserError as error:
             db.fail(str(error))
         memory.path = path

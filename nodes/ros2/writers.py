@@ -16,6 +16,7 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, cast
 
 from graph.base.records import dataclass, field
+from graph.sim import entered
 from sensors.errors import SensorValueError
 from sensors.writers import AnnotatedWriter, WriterSpec
 
@@ -86,10 +87,10 @@ class Ros2Writer(AnnotatedWriter):
         """Raises ValueError for unknown options."""
         self._kind, self._hand = kind, _Hand(name, kind, options)
 
-    def attach_to(self, app: App, product: RenderProduct) -> None:
+    def attach_to(self, product: RenderProduct) -> None:
         """Attaches the publisher to a product. Raises SensorValueError for another kind of sensor, and wrong values."""
         hand, kind = self._hand, self._kind
-        hand.app = app
+        hand.app = entered.of_world(product.scene)
         hand.inputs.renderProductPath = product.path
         db = cast("Database", hand)
         try:

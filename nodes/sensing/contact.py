@@ -45,7 +45,7 @@ def read_contact_sensor(db: Database) -> None:
     outputs.inContact, outputs.value, outputs.sensorTime = False, 0.0, 0.0
     if app.timeline.is_stopped() or not attribute_of(prim, "enabled", True):
         return
-    body, physics = body_of(app, str(prim.GetPath())), app.physics
+    body, physics = body_of(app.world, str(prim.GetPath())), app.physics
     if body is None or physics is None or body not in physics.body_paths:
         db.fail(f"{prim.GetPath()} is on a body that physics does not move; its contacts are not simulated")
     unit = app.meters_per_unit

@@ -69,7 +69,7 @@ def read_imu(db: Database) -> None:
     if path != memory.path or memory.unit is None:
         _release(db)
         if not app.timeline.is_stopped():
-            memory.path, memory.unit = path, InertialUnit(app, path, widths_of(prim))
+            memory.path, memory.unit = path, InertialUnit(app.world, path, widths_of(prim))
     reading = memory.unit.reading(inputs.readGravity) if memory.unit and attribute_of(prim, "enabled", True) else None
     if reading is None:
         outputs.linAcc = outputs.angVel = [0.0, 0.0, 0.0]

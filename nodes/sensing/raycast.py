@@ -68,7 +68,7 @@ def read_raycast_sensor(db: Database) -> None:
     rays = db.memory.rays
     if not rays.enabled or not db.is_read():
         return
-    found = rays.read(app)
+    found = rays.read(app.world)
     outputs.sensorTime = found.time
     outputs.depths = found.depths.astype(np.float32)
     outputs.beamOrigins, outputs.beamEndPoints = found.origins.astype(np.float32), found.ends.astype(np.float32)

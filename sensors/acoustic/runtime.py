@@ -39,13 +39,13 @@ class AcousticRuntime(SensorRuntime[AcousticConfig]):
         """The configuration that the prim describes."""
         ignored = [name for name in IGNORED if (one := prim.GetAttribute(PREFIX + name)) and one.HasAuthoredValue()]
         if ignored:
-            self._app.warn(
+            self.scene.warn(
                 "acoustic-attribute-ignored",
                 self.path,
                 f"{', '.join(ignored)}: no effect here; `graph help other-sensors` says what acoustic sensors model",
             )
         for name, reason in unknown_attributes(prim, PREFIX, FAMILIES):
-            self._app.warn("sensor-attribute-unknown", f"{self.path}.{name}", reason)
+            self.scene.warn("sensor-attribute-unknown", f"{self.path}.{name}", reason)
         return read_config(prim)
 
     @property
@@ -88,7 +88,7 @@ class AcousticRuntime(SensorRuntime[AcousticConfig]):
 
     def _amplitudes(self, tick: Tick) -> np.ndarray:
         config, pose = self.config, self.pose(tick.poses)
-        scene = Scene(cast_world(self._app), tick.poses, self.exclude)
+        scene = Scene(cast_world(tick.scene), tick.poses, self.exclude)
         mounts = [pose @ mount for mount in self._mounts]
         lit: dict[int, Lit] = {}
         heard: dict[tuple[int, int], np.ndarray] = {}
@@ -118,5 +118,5 @@ class AcousticRuntime(SensorRuntime[AcousticConfig]):
         if not largest:
             return 0.0
         path = int.from_bytes(hashlib.blake2b(self.path.encode(), digest_size=8).digest(), "little")
-        seed = np.random.SeedSequence([self._app.seed & (2**64 - 1), path, self._frames])
+        seed = np.random.SeedSequence([self.scene.seed & (2**64 - 1), path, self._frames])
         return np.random.Generator(np.random.SFC64(seed)).uniform(least, largest, count)

@@ -16,22 +16,22 @@ from .names import AUX_LEVELS, MODALITY, OWN_CHANNELS, PRIM_TYPE
 if TYPE_CHECKING:
     from pxr import Usd
 
-    from graph.sim.app import App
+    from graph.sim.renderer.view import WorldView
 
     from .runtime import AcousticRuntime
 
 
-def _runtime(app: App, prim_path: str, resolution: tuple[int, int]) -> AcousticRuntime:
+def _runtime(scene: WorldView, prim_path: str, resolution: tuple[int, int]) -> AcousticRuntime:
     from .runtime import AcousticRuntime
 
-    return AcousticRuntime(app, prim_path, resolution)
+    return AcousticRuntime(scene, prim_path, resolution)
 
 
 def _check(prim: Usd.Prim) -> Iterator[str]:
     return reading_problems(prim, read_config, read_tick_rate)
 
 
-def _facts(app: App, prim: Usd.Prim) -> dict[str, Any]:
+def _facts(scene: WorldView, prim: Usd.Prim) -> dict[str, Any]:
     from .waves import SPEED_OF_SOUND
 
     config = read_config(prim)

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graph.base.suggesting import Suggesting
+from graph.sim import entered
 from graph.sim.devices import same_device
+from graph.sim.renderer.products import RenderProduct
 from sensors.channels import AUXILIARY, Consumer
 from sensors.errors import SensorValueError
 
@@ -17,7 +19,7 @@ from .types import AnnotatorType, Reading
 
 if TYPE_CHECKING:
     from graph.sim.app import App
-    from graph.sim.renderer.products import RenderProduct
+    from graph.sim.renderer.view import WorldView
     from sensors.frame import Frame
 
 Product = Any
@@ -39,7 +41,7 @@ class Annotator(Suggesting):
         self.kind = kind
         self.copies = copies
         self.options = kind.checked_options({})
-        self._app = app
+        self._scene = None if app is None else app.world
         self._reading: Reading | None = None
         self._owner = Consumer(owner or f"annotator {kind.name}")
         self._known: tuple[Any, Any] | None = None
@@ -71,13 +73,13 @@ class Annotator(Suggesting):
         Raises SensorValueError for a product that does not exist, for a prim that it cannot read, and if it is already
         attached.
         """
-        app, product = only_product(products, self._app, self.name)
+        scene, product = only_product(products, self._scene, self.name)
         if self._reading is not None:
             raise SensorValueError(f"{self.name} is attached to {self._reading.product.path} already; detach it first")
-        kind, reading = self.kind, Reading(app, product, self.options)
+        kind, reading = self.kind, Reading(scene, scene.times, product, self.options)
         check_product(kind, reading)
         if kind.instead:
-            app.warn("annotator-deprecated", kind.name, f"this annotator is deprecated; use {kind.instead}")
+            scene.warn("annotator-deprecated", kind.name, f"this annotator is deprecated; use {kind.instead}")
         optional = AUXILIARY if kind.optional else frozenset()
         reading.sensor.require(self._owner, kind.channels(reading), optional=optional)
         self._reading, self._known = reading, None
@@ -95,7 +97,7 @@ class Annotator(Suggesting):
         reading = self._reading
         if reading is None:
             raise SensorValueError(f"{self.name} is not attached to a render product; attach it first")
-        if reading.app.rendering.products.get(reading.product.path) is not reading.product:
+        if reading.product.scene is None:
             raise RuntimeError(f"{reading.product.path} is gone: a stop ended it; attach to a new product")
         frame = reading.product.frame
         if device not in HOST:
@@ -112,12 +114,12 @@ class Annotator(Suggesting):
         """The data as arrays on the App's device; None before the first frame."""
         arrays = frame.arrays if frame is not None else None
         there = self.kind.on_device
-        if reading.app.fidelity.device in HOST or there is None:
+        if reading.scene.fidelity.device in HOST or there is None:
             check_device(device)
             return None
-        if not same_device(str(device), reading.app.fidelity.device):
+        if not same_device(str(device), reading.scene.fidelity.device):
             raise SensorValueError(
-                f"device {device!r}: these frames are on {reading.app.fidelity.device}; name that, or leave it out"
+                f"device {device!r}: these frames are on {reading.scene.fidelity.device}; name that, or leave it out"
             )
         if frame is None:
             return None
@@ -152,22 +154,23 @@ def check_device(device: str | None) -> None:
         raise SensorValueError(f"device {device!r}: annotators are in host memory; leave it out")
 
 
-def only_product(products: Product, app: App | None, name: str) -> tuple[App, RenderProduct]:
-    """The App and the single render product given by a product, a path, or a list of one.
+def only_product(products: Product, scene: WorldView | None, name: str) -> tuple[WorldView, RenderProduct]:
+    """The world and the single render product given by a product, a path, or a list of one.
 
-    Raises SensorValueError, starting with `name`, for zero or several products, and for one that does not exist.
+    scene: the world of the product; None: its own, or for a path that of the App entered last. Raises SensorValueError,
+    starting with `name`, for zero or several products, and for one that does not exist.
     """
-    from graph.sim.app import App
-
     listed = list(products) if isinstance(products, (list, tuple)) else [products]
     if len(listed) != 1:
         raise SensorValueError(f"{name}: attach it to one render product, not {len(listed)}")
-    path = str(getattr(listed[0], "path", listed[0]))
-    app = app or App.current()
-    product = app.rendering.products.get(path)
-    if product is None or (hasattr(listed[0], "sensor") and listed[0] is not product):
+    [given] = listed
+    path = str(getattr(given, "path", given))
+    if scene is None:
+        scene = given.scene if isinstance(given, RenderProduct) else entered.current().world
+    product = None if scene is None else scene.rendering.products.get(path)
+    if scene is None or product is None or (isinstance(given, RenderProduct) and given is not product):
         raise SensorValueError(f"{name}: there is no render product {path}; make one with create_render_product")
-    return app, product
+    return scene, product
 
 
 def split_data(found: Any) -> tuple[Any, Mapping[str, Any]]:

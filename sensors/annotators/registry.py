@@ -34,7 +34,7 @@ def find_annotator(name: str) -> AnnotatorType:
 def check_product(kind: AnnotatorType, reading: Reading) -> None:
     """Raises SensorValueError, with prim and annotator, for a product that the annotator cannot read."""
     path = reading.product.camera_path
-    prim_type = str(reading.app.stage.GetPrimAtPath(path).GetTypeName()) if path else ""
+    prim_type = str(reading.scene.stage.GetPrimAtPath(path).GetTypeName()) if path else ""
     readable = prim_types_of(kind.modality)
     if prim_type not in readable:
         what, where = prim_type or "not a sensor", path or reading.product.path

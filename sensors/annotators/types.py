@@ -23,7 +23,7 @@ def reference_time(reading: Reading) -> dict[str, int]:
     """The reference time for look-ups of the frame's own time; before the first frame 0/0, which means now."""
     numerator = denominator = 0
     if reading.frame is not None:
-        numerator, denominator = reading.app.simulation.frame_key(reading.frame.reference).as_integer_ratio()
+        numerator, denominator = reading.times.frame_key(reading.frame.reference).as_integer_ratio()
     return {"referenceTimeNumerator": numerator, "referenceTimeDenominator": denominator}
 
 
@@ -41,7 +41,7 @@ def system_time(reading: Reading) -> dict[str, float]:
 
 
 def _time(reading: Reading, which: Any) -> float:
-    return 0.0 if reading.frame is None else float(reading.app.simulation.of_frame(reading.frame.reference, which))
+    return 0.0 if reading.frame is None else float(reading.times.of_frame(reading.frame.reference, which))
 
 
 @dataclass(frozen=True, slots=True)

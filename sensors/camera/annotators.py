@@ -56,7 +56,7 @@ def _seen(numbers: np.ndarray) -> list[int]:
 def _entities(reading: Reading, kind: str) -> Entities:
     from .entities import entities_of  # which needs USD
 
-    return entities_of(reading.app, kind)
+    return entities_of(reading.world, kind)
 
 
 def _semantic(reading: Reading) -> dict[str, Any]:
@@ -88,7 +88,7 @@ def _renumbered(
 def _check_pair(reading: Reading) -> None:
     from .correspondence import reference_of
 
-    reference_of(reading.app, reading.product.camera_path)
+    reference_of(reading.scene, reading.product.camera_path)
 
 
 def _instances(kind: str) -> Callable[[Reading], dict[str, Any]]:
@@ -157,7 +157,7 @@ def _point_cloud(reading: Reading) -> dict[str, Any]:
     normals = np.zeros((int(shown.sum()), 4), np.float32)
     normals[:, :3] = frame.channel("normals")[shown]
     return {
-        "data": frame.channel("points")[shown] / np.float32(reading.app.meters_per_unit),
+        "data": frame.channel("points")[shown] / np.float32(reading.scene.meters_per_unit),
         "info": {
             "pointRgb": _rgba(reading)[shown].reshape(-1),
             "pointNormals": normals.reshape(-1),

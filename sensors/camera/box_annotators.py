@@ -23,7 +23,7 @@ def _classes(reading: Reading) -> tuple[dict[int, int], dict[int, dict[str, str]
     """
     from .entities import entities_of  # which needs USD
 
-    labels = entities_of(reading.app, LABELLED).labels
+    labels = entities_of(reading.world, LABELLED).labels
     kept = {number: kept_labels(found, reading.options) for number, found in labels.items()}
     texts = {number: tuple(sorted(found.items())) for number, found in kept.items() if found}
     place = {text: number for number, text in enumerate(sorted(set(texts.values())))}
@@ -49,7 +49,7 @@ def _boxes(kind: str) -> Callable[[Reading], dict[str, Any]]:
         data["semanticId"] = [classes[number] for number in numbers]
         for name, *_ in fields:
             data[name] = boxes[name]
-        paths = entities_of(reading.app, LABELLED).paths
+        paths = entities_of(reading.world, LABELLED).paths
         info = {
             "idToLabels": {number: labels[number] for number in sorted(set(data["semanticId"].tolist()))},
             "bboxIds": boxes["instance"] - np.uint32(FIRST),

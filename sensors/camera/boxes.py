@@ -11,7 +11,6 @@ from graph.base.records import dataclass
 from graph.sim.geometry.collect import Mesh, Solid
 from graph.sim.transforms import from_usd, transformed
 from sensors.raycast.alone import cast_alone
-from sensors.raycast.shared import cast_world
 from sensors.raycast.world import CastWorld
 
 from .channels import AROUND, BOX, BOX_2D, BOX_3D, LABELLED, LOOSE, TIGHT
@@ -20,7 +19,7 @@ from .entities import entities_of, lineage
 from .view import View
 
 if TYPE_CHECKING:
-    from graph.sim.app import App
+    from graph.sim.renderer.view import WorldView
 
 
 @dataclass(slots=True)
@@ -41,11 +40,10 @@ class Outline:
     pixels: int
 
 
-def outlines(app: App, view: View, config: CameraConfig, poses: Any) -> list[Outline]:
+def outlines(world: CastWorld, view: View, config: CameraConfig, poses: Any) -> list[Outline]:
     """The outlines of all labelled prims that are in the image, hidden or not."""
-    world = cast_world(app)
     found = []
-    for prim in _prims(app, world):
+    for prim in _prims(world):
         rays = _rays_at(world, prim, view, poses)
         if rays is not None and not len(rays):
             continue
@@ -81,10 +79,10 @@ def _rays_at(world: CastWorld, prim: _Prim, view: View, state: Any) -> np.ndarra
     return np.sort(rays)
 
 
-def _prims(app: App, world: CastWorld) -> list[_Prim]:
+def _prims(world: CastWorld) -> list[_Prim]:
     known = world.cache.get("camera boxes")
     if known is None:
-        entities = entities_of(app, LABELLED)
+        entities = entities_of(world, LABELLED)
         known = []
         for number, path in entities.paths.items():
             surfaces = tuple(np.flatnonzero(entities.numbers[:-1] == number).tolist())
@@ -114,11 +112,17 @@ def visible_boxes(numbers: np.ndarray, width: int) -> dict[int, tuple[tuple[int,
 
 
 def boxes_of(
-    app: App, view: View, config: CameraConfig, poses: Any, numbers: np.ndarray, wanted: frozenset[str]
+    scene: WorldView,
+    world: CastWorld,
+    view: View,
+    config: CameraConfig,
+    poses: Any,
+    numbers: np.ndarray,
+    wanted: frozenset[str],
 ) -> dict[str, np.ndarray]:
     """The box channels in demand. numbers: (n,) of the labelled prim in each pixel."""
     visible = visible_boxes(numbers, config.lens.width)
-    there = outlines(app, view, config, poses) if wanted & {TIGHT, LOOSE, BOX, AROUND} else []
+    there = outlines(world, view, config, poses) if wanted & {TIGHT, LOOSE, BOX, AROUND} else []
     ratio = {one.prim.number: _occlusion(one, visible) for one in there}
     found = {}
     if TIGHT in wanted:
@@ -128,9 +132,9 @@ def boxes_of(
         rows = [(one.prim.number, *one.box, ratio[one.prim.number]) for one in there]
         found[LOOSE] = np.array(rows, BOX_2D)
     if BOX in wanted:
-        found[BOX] = _boxes_3d(app, [one.prim for one in there], ratio, poses)
+        found[BOX] = _boxes_3d(scene, world, [one.prim for one in there], ratio, poses)
     if AROUND in wanted:
-        found[AROUND] = _boxes_3d(app, [one for one in _prims(app, cast_world(app)) if one.surfaces], ratio, poses)
+        found[AROUND] = _boxes_3d(scene, world, [one for one in _prims(world) if one.surfaces], ratio, poses)
     return found
 
 
@@ -141,16 +145,18 @@ def _occlusion(one: Outline, visible: Mapping[int, tuple[Any, int]]) -> float:
     return 1.0 - visible.get(one.prim.number, (None, 0))[1] / one.pixels
 
 
-def _boxes_3d(app: App, prims: list[_Prim], ratio: Mapping[int, float], poses: Any) -> np.ndarray:
+def _boxes_3d(
+    scene: WorldView, world: CastWorld, prims: list[_Prim], ratio: Mapping[int, float], poses: Any
+) -> np.ndarray:
     """The boxes of prims; a prim of endless planes alone has no box."""
     rows = []
-    paths = entities_of(app, LABELLED).paths
-    surfaces = cast_world(app).surfaces
+    paths = entities_of(world, LABELLED).paths
+    surfaces = world.surfaces
     for one in prims:
         if not any(isinstance(surfaces[number], Mesh) for number in one.surfaces):
             continue
-        frame = _frame(app, one, paths[one.number], poses)
-        low, high = _extent(app, one, frame, poses)
+        frame = _frame(scene, world, one, paths[one.number], poses)
+        low, high = _extent(scene, world, one, frame, poses)
         rows.append((one.number, *low, *high, frame.T, ratio.get(one.number, np.nan)))
     out = np.zeros(len(rows), BOX_3D)
     for place, row in enumerate(rows):
@@ -158,21 +164,20 @@ def _boxes_3d(app: App, prims: list[_Prim], ratio: Mapping[int, float], poses: A
     return out
 
 
-def _frame(app: App, one: _Prim, path: str, state: Any) -> np.ndarray:
+def _frame(scene: WorldView, world: CastWorld, one: _Prim, path: str, state: Any) -> np.ndarray:
     """(4, 4) float64, prim to world, stage units; of a copy, which is not a prim, that of its surfaces."""
     if "[" not in path:
-        return np.asarray(app.fabric.world_matrix(path, state), np.float64)
-    world = cast_world(app)
+        return np.asarray(scene.fabric.world_matrix(path, state), np.float64)
     number = one.surfaces[0] if one.surfaces else -1
     surface = world.surfaces[number]
     if not isinstance(surface, Mesh) or surface.frame is None:
         return np.eye(4)
-    owner = next(prim for place, prim in lineage(app.stage, surface) if place == path)
-    found = surface.frame @ np.linalg.inv(_inside(owner, app.stage.GetPrimAtPath(surface.source)))
+    owner = next(prim for place, prim in lineage(scene.stage, surface) if place == path)
+    found = surface.frame @ np.linalg.inv(_inside(owner, scene.stage.GetPrimAtPath(surface.source)))
     poses, body = world.body_poses(state), world.body_of[number]
     if body >= 0 and poses is not None:
         found = poses[body] @ found
-    found[:3] /= app.meters_per_unit
+    found[:3] /= scene.meters_per_unit
     return np.asarray(found)
 
 
@@ -185,11 +190,12 @@ def _inside(owner: Any, prim: Any) -> np.ndarray:
     return np.asarray(np.linalg.inv(ways[0]) @ ways[1])
 
 
-def _extent(app: App, prim: _Prim, frame: np.ndarray, state: Any) -> tuple[np.ndarray, np.ndarray]:
+def _extent(
+    scene: WorldView, world: CastWorld, prim: _Prim, frame: np.ndarray, state: Any
+) -> tuple[np.ndarray, np.ndarray]:
     """The least and greatest coordinates of a prim's surfaces in its own axes; endless planes are left out."""
-    world = cast_world(app)
     meshes = [number for number in prim.surfaces if isinstance(world.surfaces[number], Mesh)]
-    to_prim = np.linalg.inv(frame) @ np.diag([*(1 / app.meters_per_unit,) * 3, 1.0])
+    to_prim = np.linalg.inv(frame) @ np.diag([*(1 / scene.meters_per_unit,) * 3, 1.0])
     poses = world.body_poses(state)
     ends = [_ends(world, number, to_prim, poses, state) for number in meshes]
     return np.min([low for low, _ in ends], axis=0), np.max([high for _, high in ends], axis=0)

@@ -26,7 +26,7 @@ def camera_params(reading: Reading) -> dict[str, Any]:
         return {}
     config: CameraConfig = frame.config
     pose = frame.end.world_sensor.copy()
-    pose[:3, 3] /= reading.app.meters_per_unit
+    pose[:3, 3] /= reading.scene.meters_per_unit
     return {
         "cameraAperture": np.array(config.film, np.float32),
         "cameraApertureOffset": np.array(config.offsets, np.float32),
@@ -37,7 +37,7 @@ def camera_params(reading: Reading) -> dict[str, Any]:
         "cameraNearFar": np.array(config.clipping, np.float32),
         "cameraProjection": projection(config).reshape(-1),
         "cameraViewTransform": inverse_rigid(pose).T.reshape(-1),
-        "metersPerSceneUnit": reading.app.meters_per_unit,
+        "metersPerSceneUnit": reading.scene.meters_per_unit,
         "renderProductResolution": np.array(config.size, np.int32),
         **_fisheye(config),
     }

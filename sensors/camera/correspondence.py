@@ -19,7 +19,7 @@ from .rays import TO_USD
 from .view import View
 
 if TYPE_CHECKING:
-    from graph.sim.app import App
+    from graph.sim.renderer.view import WorldView
 
     from .runtime import CameraRuntime
 
@@ -49,17 +49,17 @@ class Reference:
         return np.asarray(points - ahead * self.pose[:3, 2])
 
 
-def reference_of(app: App, path: str) -> CameraRuntime:
+def reference_of(scene: WorldView, path: str) -> CameraRuntime:
     """The camera with a render product that the camera at a path names in `crossCameraReferenceName`.
 
     Of several cameras of that name it is the first by path. Raises UserError without a name and without such a camera.
     """
-    name = str(prim_at(app.stage, path).GetAttribute(CROSS_CAMERA).Get() or "")
+    name = str(prim_at(scene.stage, path).GetAttribute(CROSS_CAMERA).Get() or "")
     if not name:
         raise UserError(f"{path}: set its attribute {CROSS_CAMERA} (string) to the name of the second camera")
     found = {
         product.camera_path: cast("CameraRuntime", unwrapped(product.sensor))
-        for product in app.rendering.products.values()
+        for product in scene.rendering.products.values()
         if product.camera_path.rpartition("/")[2] == name and product.camera_path != path
     }
     if not found:

@@ -47,7 +47,7 @@ class SingleViewDepthCameraSensor(CameraSensor):
     @property
     def stereo(self) -> StereoDepth:
         """The values in use."""
-        return read_stereo(self._app.stage, self.render_product.path, self.render_product.camera_path)
+        return read_stereo(self.scene.stage, self.render_product.path, self.render_product.camera_path)
 
     def set_sensor_baseline(self, baseline: float | None) -> None:
         """Sets the distance of the two imagers [mm]."""
@@ -143,14 +143,14 @@ class SingleViewDepthCameraSensor(CameraSensor):
 
     @property
     def _product_prim(self) -> Usd.Prim:
-        return self._app.stage.GetPrimAtPath(self.render_product.path)
+        return self.scene.stage.GetPrimAtPath(self.render_product.path)
 
     @contextmanager
     def _editing(self) -> Iterator[Usd.Prim]:
         """The render product's prim; what is authored on it meanwhile goes to the session layer."""
         from graph.sim.usd import Usd
 
-        with Usd.EditContext(self._app.stage, self._app.stage.GetSessionLayer()):
+        with Usd.EditContext(self.scene.stage, self.scene.stage.GetSessionLayer()):
             yield self._product_prim
 
     def _kept(self, name: str) -> Any:
@@ -164,7 +164,7 @@ class SingleViewDepthCameraSensor(CameraSensor):
             attribute = prim.GetAttribute(PREFIX + name)
             attribute.Set(type(attribute.Get())(number))
         where = f"{self.render_product.path}.{name}"
-        self._app.warn("depth-setting-ignored", where, f"{PREFIX}{name} has no effect here")
+        self.scene.warn("depth-setting-ignored", where, f"{PREFIX}{name} has no effect here")
 
     def _set(self, **values: Any) -> None:
         assert any(value is not None for value in values.values()), f"give {' or '.join(values)}"

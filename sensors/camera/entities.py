@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graph.base.records import dataclass, field
-from sensors.raycast.shared import cast_world
 from sensors.surfaces.semantics import Labels, labels_of, numbered
 
 from .channels import FIRST, INSTANCE, LABELLED, SEMANTIC
 
 if TYPE_CHECKING:
-    from graph.sim.app import App
+    from sensors.raycast.world import CastWorld
 
 
 @dataclass(frozen=True)
@@ -31,42 +30,41 @@ class Entities:
     layers: Mapping[int, int] = field(default_factory=dict)
 
 
-def entities_of(app: App, kind: str) -> Entities:
+def entities_of(world: CastWorld, kind: str) -> Entities:
     """The entities that the numbers of a segmentation stand for; see `sensors.camera.channels`."""
-    world = cast_world(app)
     key = f"camera {kind}"
     if key not in world.cache:
-        world.cache[key] = _READ[kind](app, world.surfaces)
+        world.cache[key] = _READ[kind](world.stage, world.surfaces)
     found: Entities = world.cache[key]
     return found
 
 
-def _instances(app: App, surfaces: Sequence[Any]) -> Entities:
+def _instances(stage: Any, surfaces: Sequence[Any]) -> Entities:
     """Each prim, copy of a prim and subset by itself, in the order of their paths."""
-    return _numbered(app, surfaces, [str(surface.path) for surface in surfaces])
+    return _numbered(stage, surfaces, [str(surface.path) for surface in surfaces])
 
 
-def _labelled(app: App, surfaces: Sequence[Any]) -> Entities:
+def _labelled(stage: Any, surfaces: Sequence[Any]) -> Entities:
     """Each labelled prim with what has no label of its own below it."""
-    return _numbered(app, surfaces, [_owner(app.stage, surface) for surface in surfaces])
+    return _numbered(stage, surfaces, [_owner(stage, surface) for surface in surfaces])
 
 
-def _semantic(app: App, surfaces: Sequence[Any]) -> Entities:
+def _semantic(stage: Any, surfaces: Sequence[Any]) -> Entities:
     """Each different set of labels, those of the prims above included, in the order of their text."""
-    numbers, labels = numbered([_joined(app.stage, surface)[0] for surface in surfaces])
+    numbers, labels = numbered([_joined(stage, surface)[0] for surface in surfaces])
     return Entities(np.append(numbers, np.uint32(0)).astype(np.uint32), {}, labels)
 
 
 _READ = {INSTANCE: _instances, LABELLED: _labelled, SEMANTIC: _semantic}
 
 
-def _numbered(app: App, surfaces: Sequence[Any], owners: Sequence[str]) -> Entities:
+def _numbered(stage: Any, surfaces: Sequence[Any], owners: Sequence[str]) -> Entities:
     """Numbers the owners of surfaces in the order of their paths; an empty owner has no number."""
     first = {owner: surface for owner, surface in zip(reversed(owners), reversed(surfaces), strict=True) if owner}
     known = dict(enumerate(sorted(first), start=FIRST))
     number = {path: place for place, path in known.items()}
     numbers = np.array([*(number.get(owner, 1) for owner in owners), 0], np.uint32)
-    found = {place: _joined(app.stage, first[path]) for place, path in known.items()}
+    found = {place: _joined(stage, first[path]) for place, path in known.items()}
     labels = {place: each for place, (each, _) in found.items()}
     return Entities(numbers, known, labels, {place: layers for place, (_, layers) in found.items()})
 

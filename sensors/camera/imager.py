@@ -12,7 +12,7 @@ from graph.sim.renderer.schedule import Tick
 from graph.sim.settings import CAMERA_TONE, TONE_ACES
 from sensors.raycast.shadows import Shadows
 from sensors.raycast.shared import cast_world
-from sensors.runtime import Measurement, Model
+from sensors.runtime import Measurement
 
 from .boxes import boxes_of
 from .channels import AROUND, BOX, CROSS, HDR, INSTANCE, LABELLED, LIT, LOOSE, RGB, SEMANTIC, TIGHT
@@ -27,6 +27,7 @@ from .smooth import smooth_surfaces, smoothen
 from .view import View, look
 
 if TYPE_CHECKING:
+    from graph.sim.renderer.view import WorldView
     from sensors.device.camera import DeviceCamera
     from sensors.raycast.world import CastWorld
 
@@ -55,11 +56,25 @@ class _Kept:
     light: np.ndarray | None
 
 
-class Imager(Model["CameraRuntime"]):
+@dataclass(slots=True)
+class _Shot:
+    """What an image shows: the world at a tick from a pose (4, 4) float64 [m], or from one for each line, in the
+    requested channels.
+    """
+
+    camera: CameraRuntime
+    tick: Tick
+    world: CastWorld
+    pose: np.ndarray
+    wanted: frozenset[str]
+    lines: LineExposure | None
+
+
+class Imager:
     """Makes the images of one camera as it is configured now; it keeps the rays of its lens and what it drew with."""
 
     def __init__(self, camera: CameraRuntime) -> None:
-        super().__init__(camera)
+        self._path, self._exclude = camera.path, camera.exclude
         self._config, self._history = camera.config, camera.history
         self._numbers = PixelNumbers()
         self._rays: CameraRays | None = None
@@ -75,43 +90,44 @@ class Imager(Model["CameraRuntime"]):
         self._put_away()
         self._before = self._kept = None
 
-    def measure(self, tick: Tick, number: int) -> Measurement:
+    def measure(self, camera: CameraRuntime, tick: Tick, number: int) -> Measurement:
         """The image of a tick, the frame `number`. Its arrays are read-only: frames of what stands share them."""
-        wanted, pose = self._sensor.channels(), self._sensor.pose(tick.poses)
-        arrays = self._arrays(tick, wanted, pose, number) if wanted else {}
+        wanted, pose = camera.channels(), camera.pose(tick.poses)
+        arrays: dict[str, np.ndarray] = {}
+        if wanted:
+            shot = _Shot(camera, tick, cast_world(tick.scene), pose, wanted, self._lines(tick))
+            arrays = self._arrays(shot, number)
         width, height = self._config.size
         return Measurement(arrays, width * height, None if self._history is not None else (pose, pose))
 
-    def _arrays(self, tick: Tick, wanted: frozenset[str], pose: np.ndarray, number: int) -> dict[str, np.ndarray]:
-        lines = self._lines(tick)
-        key = self._standing(tick, wanted, pose, lines)
+    def _arrays(self, shot: _Shot, number: int) -> dict[str, np.ndarray]:
+        key = self._standing(shot)
         shown = self._kept
         if shown is None or key is None or shown.key != key:
-            shown = self._made(tick, wanted, pose, lines, key)
+            shown = self._made(shot, key)
             self._kept = None if key is None else shown
         if shown.light is None:
             return dict(shown.arrays)
-        return {**shown.arrays, RGB: self._locked(RGB, self._picture(shown.light, number))}
+        return {**shown.arrays, RGB: self._locked(RGB, self._picture(shot, shown.light, number))}
 
-    def _made(
-        self, tick: Tick, wanted: frozenset[str], pose: np.ndarray, lines: LineExposure | None, key: Key | None
-    ) -> _Kept:
+    def _made(self, shot: _Shot, key: Key | None) -> _Kept:
         """The images of a tick, drawn or cast; without the colours that have noise, but with their light."""
+        wanted = shot.wanted
         images: Images = []
         light, by_rays, cast = None, None, wanted
-        noisy = self._app.fidelity.camera_noise
-        if wanted & DRAWN and self._draws():
-            images, light = self._draw(tick, pose, wanted & DRAWN)
+        noisy = shot.tick.scene.fidelity.camera_noise
+        if wanted & DRAWN and self._draws(shot):
+            images, light = self._draw(shot, wanted & DRAWN)
             cast = wanted - DRAWN
         colours = cast & LIT
-        if colours and (shaded := self._shaded(tick, pose, lines, light=noisy or HDR in colours)) is not None:
+        if colours and (shaded := self._shaded(shot, light=noisy or HDR in colours)) is not None:
             cast = cast - LIT
             if shaded.dtype == np.uint8:
                 images.append((RGB, shaded))
             else:
                 by_rays = shaded
         if cast:
-            found, seen = self._cast(tick, cast, pose, lines)
+            found, seen = self._cast(shot, cast)
             images += found
             by_rays = by_rays if seen is None else seen
         if by_rays is not None:
@@ -119,7 +135,7 @@ class Imager(Model["CameraRuntime"]):
             if HDR in colours:
                 images.append((HDR, np.clip(by_rays, 0, MOST_HALF).astype(np.float16)))
         if light is not None and RGB in wanted and not noisy:
-            images.append((RGB, self._picture(light)))
+            images.append((RGB, self._picture(shot, light)))
         arrays = {name: self._locked(name, array) for name, array in images}
         return _Kept(key, arrays, light if noisy and RGB in wanted else None)
 
@@ -130,26 +146,26 @@ class Imager(Model["CameraRuntime"]):
         shaped.setflags(write=False)
         return shaped
 
-    def _standing(self, tick: Tick, wanted: frozenset[str], pose: np.ndarray, lines: LineExposure | None) -> Key | None:
+    def _standing(self, shot: _Shot) -> Key | None:
         """What decides what the images show: equal where nothing changed; None where it is not known."""
-        app, poses = self._app, tick.poses
-        world = cast_world(app)
-        if world.soft or app.live is None:
+        scene, poses = shot.tick.scene, shot.tick.poses
+        world, wanted, lines = shot.world, shot.wanted, shot.lines
+        if world.soft or scene.live is None:
             return None
         if lines is not None and not lines.rests(world):
             return None
         bodies = world.body_poses(poses)
-        settings = app.fidelity.camera_backend, app.fidelity.camera_noise, app.settings.get(CAMERA_TONE)
-        places = [pose if lines is None else lines.poses(), *([] if bodies is None else [bodies])]
+        settings = scene.fidelity.camera_backend, scene.fidelity.camera_noise, scene.settings.get(CAMERA_TONE)
+        places = [shot.pose if lines is None else lines.poses(), *([] if bodies is None else [bodies])]
         if wanted & LIT:
-            places.append(light_places(app, world, poses))
-        if CROSS in wanted and (other := self._other()) is not None:
+            places.append(light_places(scene, world, poses))
+        if CROSS in wanted and (other := self._other(scene)) is not None:
             places.append(other.pose(poses))
         before = self._before
         moves = "motion_vectors" in wanted and before is not None and before.world is world
         if moves and before is not None:
             places += [before.pose, *([] if before.bodies is None else [before.bodies])]
-        return world, app.live.watch.edits, wanted, moves, settings, [place.tobytes() for place in places]
+        return world, scene.live.watch.edits, wanted, moves, settings, [place.tobytes() for place in places]
 
     def _lines(self, tick: Tick) -> LineExposure | None:
         shutter = self._config.shutter
@@ -157,24 +173,24 @@ class Imager(Model["CameraRuntime"]):
             return None
         return LineExposure(shutter, self._config.size, self._history, self._path, tick.time)
 
-    def _colours(self) -> Pictures:
+    def _colours(self, camera: CameraRuntime) -> Pictures:
         if self._pictures is None:
-            self._pictures = Pictures(self._path, self._config, self._exclude, self._sensor.samples())
+            self._pictures = Pictures(self._path, self._config, self._exclude, camera.samples())
         return self._pictures
 
-    def _draws(self) -> bool:
+    def _draws(self, shot: _Shot) -> bool:
         """Whether OpenGL draws; if it should and cannot, a warning says why."""
-        app = self._app
-        if app.fidelity.camera_backend != "gl":
+        scene, world = shot.tick.scene, shot.world
+        if scene.fidelity.camera_backend != "gl":
             return False
         from .drawn import reason_for_rays
 
-        world = cast_world(app)
         reason = reason_for_rays(world, self._config)
-        if not reason and has_projector(app, world):
+        if not reason and has_projector(world):
             reason = "its scene has a projector"
         if reason:
-            app.warn("camera-by-rays", self._path, f"{reason}, which OpenGL does not show: its images are cast by rays")
+            said = f"{reason}, which OpenGL does not show: its images are cast by rays"
+            scene.warn("camera-by-rays", self._path, said)
         return not reason
 
     def _put_away(self) -> None:
@@ -182,92 +198,80 @@ class Imager(Model["CameraRuntime"]):
             self._drawn.close()
         self._drawn = None
 
-    def _draw(self, tick: Tick, pose: np.ndarray, wanted: frozenset[str]) -> tuple[Images, np.ndarray | None]:
+    def _draw(self, shot: _Shot, wanted: frozenset[str]) -> tuple[Images, np.ndarray | None]:
         """Channels in demand as OpenGL draws them, and the light [nit] of each pixel if colours are among them."""
         from .drawn import DrawnCamera
 
-        app = self._app
-        world = cast_world(app)
+        scene, world, pose, poses = shot.tick.scene, shot.world, shot.pose, shot.tick.poses
         if self._drawn is None or self._drawn.world is not world:
             self._put_away()
-            looks, smooth, samples = looks_of(app, world), smooth_surfaces(app, world), app.fidelity.camera_samples
-            self._drawn = DrawnCamera(self._config, world, looks, smooth, samples, pose)
+            looks, smooth = looks_of(scene, world), smooth_surfaces(scene, world)
+            self._drawn = DrawnCamera(self._config, world, looks, smooth, scene.fidelity.camera_samples, pose)
         drawn = self._drawn
-        view = drawn.look(pose, tick.poses, self._exclude)
-        images, light = self._images(view, tick, wanted), None
+        view = drawn.look(pose, poses, self._exclude)
+        images, light = self._images(view, shot, wanted), None
         if RGB in wanted:
-            lighting = self._colours().lighting(app, world, pose, tick.poses)
+            lighting = self._colours(shot.camera).lighting(scene, world, pose, poses)
             if (count := len(lighting.lights)) > drawn.most_lights:
                 said = f"OpenGL shows the {drawn.most_lights} brightest of its {count} lights"
-                app.warn("lights-left-out", self._path, f"{said}; camera.backend=rays shows all")
+                scene.warn("lights-left-out", self._path, f"{said}; camera.backend=rays shows all")
             light = drawn.radiance(view, pose, lighting)
         return images, light
 
-    def _shaded(self, tick: Tick, pose: np.ndarray, lines: LineExposure | None, *, light: bool) -> np.ndarray | None:
-        """The colours (n, 3) of each pixel as the App's device shades them: uint8, or float32 [nit] of `light`; None
+    def _shaded(self, shot: _Shot, *, light: bool) -> np.ndarray | None:
+        """The colours (n, 3) of each pixel as the scene's device shades them: uint8, or float32 [nit] of `light`; None
         where it cannot.
         """
-        app, colours = self._app, self._colours()
-        world = cast_world(app)
-        if world.device is None or lines is not None or self._sensor.group or colours.samples > 1:
+        scene, world, poses = shot.tick.scene, shot.world, shot.tick.poses
+        colours = self._colours(shot.camera)
+        if world.device is None or shot.lines is not None or shot.camera.group or colours.samples > 1:
             return None
         from sensors.device.camera import DeviceCamera
         from sensors.device.world import DeviceWorld
 
-        if not isinstance(world, DeviceWorld) or smooth_surfaces(app, world):
+        if not isinstance(world, DeviceWorld) or smooth_surfaces(scene, world):
             return None
         if self._device is None or self._device.world is not world:
-            self._device = DeviceCamera(world, self._config, self._exclude, looks_of(app, world))
-        lighting = colours.lighting(app, world, pose, tick.poses)
+            self._device = DeviceCamera(world, self._config, self._exclude, looks_of(scene, world))
+        lighting = colours.lighting(scene, world, shot.pose, poses)
         if not self._device.fits(lighting):
             return None
-        aces = app.settings.get(CAMERA_TONE) == TONE_ACES
-        return self._device.shade(pose, tick.poses, lighting, light=light, aces=aces)
+        aces = scene.settings.get(CAMERA_TONE) == TONE_ACES
+        return self._device.shade(shot.pose, poses, lighting, light=light, aces=aces)
 
-    def _cast(
-        self, tick: Tick, wanted: frozenset[str], pose: np.ndarray, lines: LineExposure | None
-    ) -> tuple[Images, np.ndarray | None]:
+    def _cast(self, shot: _Shot, wanted: frozenset[str]) -> tuple[Images, np.ndarray | None]:
         """Channels in demand by rays from a pose, and the light [nit] of each pixel if colours are among them."""
-        app = self._app
-        world = cast_world(app)
-        lit = bool(wanted & LIT) and self._colours().samples == 1
+        scene, world, poses = shot.tick.scene, shot.world, shot.tick.poses
+        lit = bool(wanted & LIT) and self._colours(shot.camera).samples == 1
         normals = lit or "normals" in wanted
-        shapes = smooth_surfaces(app, world) if normals else {}
-        spots = bool(shapes) or (lit and looks_of(app, world).vary)
-        view = self._look(world, tick, pose, lines, normals=normals, spots=spots)
-        smoothen(view, shapes, world, tick.poses)
-        images, light = self._images(view, tick, wanted), None
+        shapes = smooth_surfaces(scene, world) if normals else {}
+        spots = bool(shapes) or (lit and looks_of(scene, world).vary)
+        view = self._look(shot, normals=normals, spots=spots)
+        smoothen(view, shapes, world, poses)
+        images, light = self._images(view, shot, wanted), None
         if wanted & LIT:
-            light = self._colours().radiance(app, view, pose, tick.poses, world, lines)
+            light = self._colours(shot.camera).radiance(scene, view, shot.pose, poses, world, shot.lines)
         if wanted & BOXES:
             labelled = dict(images).get(LABELLED)
-            numbers = self._numbered(view, LABELLED) if labelled is None else labelled
-            images += boxes_of(app, view, self._config, tick.poses, numbers, wanted).items()
+            numbers = self._numbered(view, world, LABELLED) if labelled is None else labelled
+            images += boxes_of(scene, world, view, self._config, poses, numbers, wanted).items()
         return images, light
 
-    def _look(
-        self,
-        world: CastWorld,
-        tick: Tick,
-        pose: np.ndarray,
-        lines: LineExposure | None,
-        *,
-        normals: bool,
-        spots: bool,
-    ) -> View:
+    def _look(self, shot: _Shot, *, normals: bool, spots: bool) -> View:
         """What is seen from a pose: with the cameras of the group if it can be."""
-        group = self._sensor.group
-        together = group and group.view(self._sensor, world, tick, normals=normals, spots=spots)
+        world, tick, group = shot.world, shot.tick, shot.camera.group
+        together = group and group.view(shot.camera, world, tick, normals=normals, spots=spots)
         if together:
             return together
         if self._rays is None:
             self._rays = CameraRays(self._config.lens)
             if self._rays.dark is not None and len(self._rays.dark) == len(self._rays):
-                self._app.warn("lens-without-rays", self._path, "its lens gives no pixel a direction: it sees nothing")
+                said = "its lens gives no pixel a direction: it sees nothing"
+                tick.scene.warn("lens-without-rays", self._path, said)
         rays, config, hidden = self._rays, self._config, self._exclude
-        return look(world, rays, config, pose, tick.poses, hidden, normals=normals, spots=spots, lines=lines)
+        return look(world, rays, config, shot.pose, tick.poses, hidden, normals=normals, spots=spots, lines=shot.lines)
 
-    def _images(self, view: View, tick: Tick, wanted: frozenset[str]) -> Images:
+    def _images(self, view: View, shot: _Shot, wanted: frozenset[str]) -> Images:
         """Channels in demand, each with a row for every pixel."""
         hits = view.hits
         found: Images = []
@@ -280,46 +284,46 @@ class Imager(Model["CameraRuntime"]):
         if "points" in wanted:
             found.append(("points", view.points()))
         if "motion_vectors" in wanted:
-            found.append(("motion_vectors", self._motion(view, tick)))
+            found.append(("motion_vectors", self._motion(view, shot)))
         if CROSS in wanted:
-            found.append((CROSS, self._correspondence(view, tick)))
-        return found + [(name, self._numbered(view, name)) for name in NUMBERED if name in wanted]
+            found.append((CROSS, self._correspondence(view, shot)))
+        return found + [(name, self._numbered(view, shot.world, name)) for name in NUMBERED if name in wanted]
 
-    def _numbered(self, view: View, name: str) -> np.ndarray:
+    def _numbered(self, view: View, world: CastWorld, name: str) -> np.ndarray:
         hits = view.hits
-        return self._numbers.of(entities_of(self._app, name).numbers, name, hits.surface_of, hits.number)
+        return self._numbers.of(entities_of(world, name).numbers, name, hits.surface_of, hits.number)
 
-    def _picture(self, light: np.ndarray, number: int = 0) -> np.ndarray:
+    def _picture(self, shot: _Shot, light: np.ndarray, number: int = 0) -> np.ndarray:
         """(n, 3) uint8, sRGB, of light (n, 3) [nit]; with the noise of the frame `number`, if there is noise."""
         signal = light * np.float32(self._config.exposure)
-        if self._app.fidelity.camera_noise:
-            signal = self._config.noise.applied(signal, self._app.seed, self._path, number)
-        aces = self._app.settings.get(CAMERA_TONE) == TONE_ACES
+        scene = shot.tick.scene
+        if scene.fidelity.camera_noise:
+            signal = self._config.noise.applied(signal, scene.seed, self._path, number)
+        aces = scene.settings.get(CAMERA_TONE) == TONE_ACES
         return srgb(aces_curve(signal) if aces else signal)
 
-    def _other(self) -> CameraRuntime | None:
+    def _other(self, scene: WorldView) -> CameraRuntime | None:
         """The camera whose image is compared; without one None, and a warning."""
         try:
-            return reference_of(self._app, self._path)
+            return reference_of(scene, self._path)
         except UserError as problem:
             what = str(problem).removeprefix(f"{self._path}: ")
-            self._app.warn("no-second-camera", self._path, f"{what}; its offsets are -1")
+            scene.warn("no-second-camera", self._path, f"{what}; its offsets are -1")
             return None
 
-    def _correspondence(self, view: View, tick: Tick) -> np.ndarray:
-        other = self._other()
+    def _correspondence(self, view: View, shot: _Shot) -> np.ndarray:
+        other = self._other(shot.tick.scene)
         if other is None:
             return np.full((len(view.depth), 4), INVALID, np.float32)
-        world, exclude = cast_world(self._app), self._exclude | other.exclude
+        world, exclude, poses = shot.world, self._exclude | other.exclude, shot.tick.poses
         if self._between is None or self._between[0] is not world or self._between[1] != exclude:
             self._between = world, exclude, Shadows(world, exclude)
-        reference = Reference(other.config.lens, other.pose(tick.poses))
-        return correspondence(view, self._config.lens, reference, self._between[2], tick.poses)
+        reference = Reference(other.config.lens, other.pose(poses))
+        return correspondence(view, self._config.lens, reference, self._between[2], poses)
 
-    def _motion(self, view: View, tick: Tick) -> np.ndarray:
-        world = cast_world(self._app)
-        bodies = world.body_poses(tick.poses)
-        now = Instant(world, self._sensor.pose(tick.poses), None if bodies is None else bodies.copy())
+    def _motion(self, view: View, shot: _Shot) -> np.ndarray:
+        bodies = shot.world.body_poses(shot.tick.poses)
+        now = Instant(shot.world, shot.pose, None if bodies is None else bodies.copy())
         before = self._before
         self._before = now
         return motion_vectors(self._config.lens, view, before, now)

@@ -23,7 +23,7 @@ from .smooth import Smooth, smooth_surfaces, smoothen
 from .view import View, look
 
 if TYPE_CHECKING:
-    from graph.sim.app import App
+    from graph.sim.renderer.view import WorldView
 
 
 def sample_places(count: int) -> list[tuple[float, float]]:
@@ -56,13 +56,19 @@ class Pictures:
         return len(self._places)
 
     def radiance(
-        self, app: App, view: View, pose: np.ndarray, state: Any, world: CastWorld, lines: LineExposure | None = None
+        self,
+        scene: WorldView,
+        view: View,
+        pose: np.ndarray,
+        state: Any,
+        world: CastWorld,
+        lines: LineExposure | None = None,
     ) -> np.ndarray:
         """(n, 3) float32 [nit] of each pixel, linear. view: through the middles, with normals if that is all, and spots
         where these count.
         """
-        looks, lighting = looks_of(app, world), self.lighting(app, world, pose, state)
-        shapes = smooth_surfaces(app, world)
+        looks, lighting = looks_of(scene, world), self.lighting(scene, world, pose, state)
+        shapes = smooth_surfaces(scene, world)
         if self._shadows is None or self._shadows.world is not world:
             self._shadows = Shadows(world, self._exclude | looks.clear)
         if self.samples == 1:
@@ -86,64 +92,62 @@ class Pictures:
             smoothen(view, shapes, self._shadows.world, state)
         return radiance(view, looks, lighting, self._shadows, state)
 
-    def lighting(self, app: App, world: CastWorld, pose: np.ndarray, state: Any) -> Lighting:
+    def lighting(self, scene: WorldView, world: CastWorld, pose: np.ndarray, state: Any) -> Lighting:
         """The lights as they are in a state, as seen from a camera at `pose` (4, 4) float64 [m]."""
         if "camera light images" not in world.cache:
-            world.cache["camera light images"] = LightImages(_files(app, world))
+            world.cache["camera light images"] = LightImages(_files(scene, world))
         lighting = read_lighting(
             _light_inputs(app, world),
             world.cache["camera light images"],
-            lambda path: app.fabric.world_matrix(path, state),
-            app.meters_per_unit,
+            lambda path: scene.fabric.world_matrix(path, state),
+            scene.meters_per_unit,
             pose[:3, 3],
-            app.warn,
+            scene.warn,
         )
         if lighting.dark and not self._darkness_told:
             self._darkness_told = True
-            app.warn("no-light", self._path, "no light shines: pictures are black; add a DistantLight or a DomeLight")
+            scene.warn("no-light", self._path, "no light shines: pictures are black; add a DistantLight or a DomeLight")
         return lighting
 
 
-def looks_of(app: App, world: CastWorld) -> Looks:
-    """The looks of all surfaces of the App's cast world."""
+def looks_of(scene: WorldView, world: CastWorld) -> Looks:
+    """The looks of all surfaces of a cast world."""
     found: Looks | None = world.cache.get("camera looks")
     if found is None:
-        found = world.cache["camera looks"] = read_looks(app.stage, world.surfaces, _files(app, world), app.warn)
+        found = world.cache["camera looks"] = read_looks(scene.stage, world.surfaces, _files(scene, world), scene.warn)
     return found
 
 
-def has_projector(app: App, world: CastWorld) -> bool:
-    """Whether a light of the App's scene throws a pattern."""
-    return any(
-        prim.HasAttribute("isProjector") and prim.GetAttribute("isProjector").Get() for prim in _lights(app, world)
-    )
+def has_projector(world: CastWorld) -> bool:
+    """Whether a light of the scene throws a pattern."""
+    return any(prim.HasAttribute("isProjector") and prim.GetAttribute("isProjector").Get() for prim in _lights(world))
 
 
-def light_places(app: App, world: CastWorld, state: Any) -> np.ndarray:
+def light_places(scene: WorldView, world: CastWorld, state: Any) -> np.ndarray:
     """The world matrices of the lights in a state, (n, 4, 4) float64 [stage units]."""
     paths = world.cache.get("camera light paths")
     if paths is None:
-        paths = world.cache["camera light paths"] = tuple(str(prim.GetPath()) for prim in _lights(app, world))
-    return np.asarray(app.fabric.world_matrices(paths, state))
+        paths = world.cache["camera light paths"] = tuple(str(prim.GetPath()) for prim in _lights(world))
+    return np.asarray(scene.fabric.world_matrices(paths, state))
 
 
-def _lights(app: App, world: CastWorld) -> list[Any]:
+def _lights(world: CastWorld) -> list[Any]:
     found: list[Any] | None = world.cache.get("camera lights")
     if found is None:
-        found = world.cache["camera lights"] = light_prims(app.stage)
+        found = world.cache["camera lights"] = light_prims(world.stage)
     return found
 
 
-def _light_inputs(app: App, world: CastWorld) -> list[LightInputs]:
+def _light_inputs(scene: WorldView, world: CastWorld) -> list[LightInputs]:
     """What the stage says of each light; read again after an edit, and every time where edits are not watched."""
-    edits = None if app.live is None else app.live.watch.edits
+    edits = None if scene.live is None else scene.live.watch.edits
     known: tuple[int | None, list[LightInputs]] | None = world.cache.get("camera light inputs")
     if known is None or edits is None or known[0] != edits:
-        known = world.cache["camera light inputs"] = edits, [LightInputs(prim) for prim in _lights(app, world)]
+        known = world.cache["camera light inputs"] = edits, [LightInputs(prim) for prim in _lights(world)]
     return known[1]
 
 
-def _files(app: App, world: CastWorld) -> ImageFiles:
-    """The image files of the App's scene; surfaces and skies share their limit."""
-    found: ImageFiles = world.cache.setdefault("camera images", ImageFiles(app.folders))
+def _files(scene: WorldView, world: CastWorld) -> ImageFiles:
+    """The image files of the scene; surfaces and skies share their limit."""
+    found: ImageFiles = world.cache.setdefault("camera images", ImageFiles(scene.folders))
     return found

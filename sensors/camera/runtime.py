@@ -40,13 +40,13 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
         """The camera that the prim describes, at the product's size."""
         legacy = legacy_lens(prim)
         if legacy:
-            self._app.warn(
+            self.scene.warn(
                 "camera-attribute-ignored",
                 self.path,
                 f"{', '.join(legacy)}: no effect on pictures; describe the lens with a schema OmniLensDistortion...API",
             )
-        app = self._app
-        return read_config(prim, checked_size(self.path, self.resolution), app.meters_per_unit, app.folders)
+        scene = self.scene
+        return read_config(prim, checked_size(self.path, self.resolution), scene.meters_per_unit, scene.folders)
 
     def configure(self) -> None:
         """Forgets the rays of an earlier lens; those of this one are made when they are first needed."""
@@ -66,7 +66,7 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
 
     def samples(self) -> int:
         """The rays of each pixel of a colour picture. Raises UserError for more than the limit allows."""
-        samples, lens = self._app.fidelity.camera_samples, self.config.lens
+        samples, lens = self.scene.fidelity.camera_samples, self.config.lens
         rays = lens.width * lens.height * samples
         check("camera.rays", rays, f"{self.path}: camera.samples {samples:,} make {rays:,} rays an image")
         return samples
@@ -90,4 +90,4 @@ class CameraRuntime(SensorRuntime[CameraConfig]):
             from .imager import Imager  # with all that casts and shades; a check needs none of it
 
             self._imager = Imager(self)
-        return self._imager.measure(tick, self._frames)
+        return self._imager.measure(self, tick, self._frames)

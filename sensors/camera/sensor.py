@@ -71,7 +71,7 @@ class CameraSensor(RenderedSensor):
         self.resolution = checked_resolution(resolution)
         self.camera.enforce_square_pixels(self.resolution)
         self._given: dict[str, tuple[Any, np.ndarray]] = {}
-        super().__init__(self._authored.app, self._authored.path, self.resolution[::-1], annotators, writers)
+        super().__init__(self._authored.scene, self._authored.path, self.resolution[::-1], annotators, writers)
 
     @property
     def authoring_object(self) -> RtxCamera:

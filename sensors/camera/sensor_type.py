@@ -17,17 +17,17 @@ from .noise import ATTRIBUTES
 if TYPE_CHECKING:
     from pxr import Usd
 
-    from graph.sim.app import App
+    from graph.sim.renderer.view import WorldView
 
     from .runtime import CameraRuntime
 
 ANY_SIZE = (1280, 720)
 
 
-def _runtime(app: App, prim_path: str, resolution: tuple[int, int]) -> CameraRuntime:
+def _runtime(scene: WorldView, prim_path: str, resolution: tuple[int, int]) -> CameraRuntime:
     from .runtime import CameraRuntime
 
-    return CameraRuntime(app, prim_path, resolution)
+    return CameraRuntime(scene, prim_path, resolution)
 
 
 def _check(prim: Usd.Prim) -> Iterator[str]:
@@ -46,11 +46,11 @@ def _author(prim: Usd.Prim, config: str, variant: Any = None, **where: Any) -> N
     author_camera(prim, config, variant, **where)
 
 
-def _facts(app: App, prim: Usd.Prim) -> dict[str, Any]:
+def _facts(scene: WorldView, prim: Usd.Prim) -> dict[str, Any]:
     from .config import read_config
     from .lens_models import lens_model
 
-    config = read_config(prim, ANY_SIZE, app.meters_per_unit, app.folders)
+    config = read_config(prim, ANY_SIZE, scene.meters_per_unit, scene.folders)
     return {
         "tick_rate_hz": read_tick_rate(prim),
         "lens": lens_model(prim) or "pinhole",

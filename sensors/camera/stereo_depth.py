@@ -152,8 +152,8 @@ def _read(reading: Reading) -> tuple[np.ndarray, np.ndarray]:
     if frame is None:
         return np.empty((0, 0), np.float32), np.empty((0, 0), np.float32)
     path = hashlib.blake2b(frame.sensor_path.encode(), digest_size=8).digest()
-    generator = np.random.default_rng((reading.app.seed, int.from_bytes(path, "little"), frame.frame_id))
-    stereo = read_stereo(reading.app.stage, reading.product.path, reading.product.camera_path)
+    generator = np.random.default_rng((reading.scene.seed, int.from_bytes(path, "little"), frame.frame_id))
+    stereo = read_stereo(reading.scene.stage, reading.product.path, reading.product.camera_path)
     return measured(frame.channel(DEPTH), stereo, generator)
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from graph.base.extras import install_command
 from graph.base.records import dataclass
+from graph.sim import entered
 from sensors.errors import SensorValueError
 from sensors.prim import write
 from sensors.xform import Vector, place, world_pose
@@ -22,6 +23,8 @@ from .slides import DIRECTIONS, PATTERN
 
 if TYPE_CHECKING:
     from pxr import Usd
+
+    from graph.sim.app import App
 
 
 Rational = tuple[int, int]
@@ -110,6 +113,7 @@ class StructuredLightCamera(RtxCamera):
         projector_intensity: float = 150_000.0,
         projector_width: float = 1.0,
         projector_height: float = 1.0,
+        app: App | None = None,
         **options: Any,
     ) -> None:
         if isinstance(projector_light_patterns, (str, Path)) or not len(projector_light_patterns):
@@ -124,14 +128,15 @@ class StructuredLightCamera(RtxCamera):
         self._directions = projector_direction_texture
         self._period = projector_cycle_period
         self._schedule = pattern_schedule(projector_timestamps, self._period, len(self._patterns), path)
-        super().__init__(path, **options)
+        super().__init__(path, app=app, **options)
+        self._timeline = (entered.current() if app is None else app).timeline
         self._projector = projector_prim_path or f"{self.path}/projectors"
         self._define_projector(projector_position, projector_orientation, sizes)
         self._last: Fraction | None = None
         self._show(0)
         self._unsubscribe = [
-            self.app.on("render", self._follow_time, BEFORE_RENDERING),
-            self.app.on("stop", self.post_reset),
+            self.scene.on("render", self._follow_time, BEFORE_RENDERING),
+            self.scene.on("stop", self.post_reset),
         ]
 
     def destroy(self) -> None:
@@ -164,7 +169,7 @@ class StructuredLightCamera(RtxCamera):
 
     def get_rect_light_prims(self) -> list[Usd.Prim]:
         """The lights, one for each pattern."""
-        return [self.app.stage.GetPrimAtPath(path) for path in self._lights]
+        return [self.scene.stage.GetPrimAtPath(path) for path in self._lights]
 
     def get_projector_direction_texture(self) -> str | Path:
         """The file of directions, as it was given."""
@@ -195,7 +200,7 @@ class StructuredLightCamera(RtxCamera):
     def _define_projector(self, position: Vector, orientation: Vector, sizes: dict[str, float]) -> None:
         from graph.sim.usd import Sdf, UsdGeom, UsdLux
 
-        stage = self.app.stage
+        stage = self.scene.stage
         for light in self._lights:
             prim = stage.GetPrimAtPath(light)
             if prim and not prim.IsA(UsdLux.RectLight):
@@ -221,16 +226,18 @@ class StructuredLightCamera(RtxCamera):
 
     def _follow_time(self) -> None:
         """Shows the pattern of the timeline's time."""
-        time, schedule, count = self.app.timeline.current_time, self._schedule, len(self._patterns)
+        time, schedule, count = self._timeline.current_time, self._schedule, len(self._patterns)
         number = schedule.active(time)
         if self._last is not None and time > self._last and count > 1:
             passed = time - self._last
             if passed > schedule.shortest:
                 said = f"updates are {float(passed):g} s apart, a pattern is on for {float(schedule.shortest):g} s"
-                self.app.warn("projector-too-fast", self.path, f"{said}: raise the loop rate, or space the timestamps")
+                self.scene.warn(
+                    "projector-too-fast", self.path, f"{said}: raise the loop rate, or space the timestamps"
+                )
             if (skipped := (number - self._active) % count - 1) > 0:
                 said = f"{skipped} of {count} patterns were passed over at {float(time):g} s; raise the loop rate"
-                self.app.warn("pattern-skipped", self.path, said)
+                self.scene.warn("pattern-skipped", self.path, said)
         self._last = time
         if number != self._active:
             self._show(number)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graph.base.suggesting import Suggesting
+from graph.sim import entered
 from sensors.errors import SensorValueError
 from sensors.sensor import RenderedSensor, short_names
 from sensors.sensor_prim import matching_paths
@@ -19,6 +20,7 @@ from .tiles import TileGroup
 
 if TYPE_CHECKING:
     from graph.sim.app import App
+    from graph.sim.renderer.view import WorldView
 
 
 class TiledCameraSensor(Suggesting):
@@ -38,16 +40,14 @@ class TiledCameraSensor(Suggesting):
         render_vars: Iterable[str] | None = None,
         app: App | None = None,
     ) -> None:
-        from graph.sim.app import App
-
         names = _checked(annotators)
-        app = app if app is not None else App.current()
+        scene: WorldView = (entered.current() if app is None else app).world
         given = [paths] if isinstance(paths, str) else [str(path) for path in paths]
-        self.paths = [found for path in given for found in matching_paths(app.stage, path)]
+        self.paths = [found for path in given for found in matching_paths(scene.stage, path)]
         if not self.paths:
             raise SensorValueError("there is no camera to tile; give the path of one")
         self.render_vars = tuple(render_vars or ())
-        self.sensors = [Tile(app, path, resolution, names) for path in self.paths]
+        self.sensors = [Tile(scene, path, resolution, names) for path in self.paths]
         self.rows = max(1, round(len(self) ** 0.5))
         self.columns = -(-len(self) // self.rows)
         self._given: dict[tuple[str, bool], tuple[list[Any], np.ndarray]] = {}
@@ -119,18 +119,18 @@ class TiledCameraSensor(Suggesting):
 class Tile(CameraSensor):
     """One camera of many: a plain Camera prim, which need not have the schema of sensors."""
 
-    def __init__(self, app: App, path: str, resolution: tuple[int, int], annotators: Iterable[str]) -> None:
+    def __init__(self, scene: WorldView, path: str, resolution: tuple[int, int], annotators: Iterable[str]) -> None:
         self.resolution = checked_resolution(resolution)
         self._given = {}
-        prim = app.stage.GetPrimAtPath(path)
+        prim = scene.stage.GetPrimAtPath(path)
         if prim.GetTypeName() == PRIM_TYPE and not prim.IsInstanceProxy():  # what nothing can be written on stays
             CameraView(prim).enforce_square_pixels(self.resolution)
-        RenderedSensor.__init__(self, app, path, self.resolution[::-1], annotators)
+        RenderedSensor.__init__(self, scene, path, self.resolution[::-1], annotators)
 
     @property
     def camera(self) -> CameraView:
         """The lens of the prim."""
-        return CameraView(self._app.stage.GetPrimAtPath(self.path))
+        return CameraView(self.scene.stage.GetPrimAtPath(self.path))
 
 
 def _checked(names: str | Iterable[str] | None) -> list[str]:

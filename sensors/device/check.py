@@ -55,7 +55,7 @@ def _cast(device: str) -> Hits:
         height, turn = 1 - 2 * number / RAYS, np.pi * (1 + np.sqrt(5)) * number
         level = np.sqrt(1 - height * height)
         table[:, 3:] = np.stack([level * np.cos(turn), level * np.sin(turn), height], 1)
-        return cast_world(app).cast(RayBundle(np.array([0.1, 0.2, 0.3]), table), normals=True)
+        return cast_world(app.world).cast(RayBundle(np.array([0.1, 0.2, 0.3]), table), normals=True)
 
 
 def _fill(stage: object) -> None:

@@ -59,7 +59,7 @@ def start_of(app: Any, sensors: Sequence[Any]) -> Start:
     """How the world of an App begins; sensors: the runtimes of its lidars."""
     from sensors.raycast.shared import cast_world, surface_optics
 
-    surfaces, simulated = cast_world(app).surfaces, () if app.physics is None else app.physics.body_paths
+    surfaces, simulated = cast_world(app.world).surfaces, () if app.physics is None else app.physics.body_paths
     mounts = {}
     for sensor in sensors:
         body, pose = app.fabric.body_of(sensor.path), sensor.pose()
@@ -73,7 +73,7 @@ def start_of(app: Any, sensors: Sequence[Any]) -> Start:
     bodies = tuple(str(surfaces[n].body) for n in still)
     held = dict(zip(still, np.asarray(app.fabric.rigid_matrices(bodies, app.fabric.capture())), strict=True))
     rates = app.simulation.steps_per_second, app.loop_rate
-    return Start(surfaces, surface_optics(app), mounts, app.physics, rates, held)
+    return Start(surfaces, surface_optics(cast_world(app.world)), mounts, app.physics, rates, held)
 
 
 def difference(first: Start, other: Start) -> Difference:

@@ -132,7 +132,7 @@ class Worlds:
         self.lidars: dict[str, WorldsLidar] = {}
         """The lidars by the paths of their prims."""
         for sensor in sensors:
-            geometry = self._geometry(cast_world(app), body_of if len(body_of) else np.array([-1]), sensor)
+            geometry = self._geometry(cast_world(app.world), body_of if len(body_of) else np.array([-1]), sensor)
             mount = start.lidars[sensor.path]
             local = np.array([mount.pose])
             if any(sensor.path in each.lidars for each in differences.values()):
@@ -263,7 +263,7 @@ class Worlds:
         return Geometry(self.device, world.surfaces, body_of, anchor, formulas=True, skip=skip, worlds=self.count)
 
     def _check(self, sensor: Any) -> None:
-        from sensors.raycast.shared import surface_optics
+        from sensors.raycast.shared import cast_world, surface_optics
 
         fidelity = self.app.fidelity
         reason = ""
@@ -275,7 +275,7 @@ class Worlds:
             reason = "lidar.noise, lidar.subrays and lidar.motion keep their defaults there"
         elif sensor.config.output_frame_of_reference != "SENSOR":
             reason = f"its frame of reference is {sensor.config.output_frame_of_reference}; set SENSOR"
-        elif surface_optics(self.app).has_glass:
+        elif surface_optics(cast_world(self.app.world)).has_glass:
             reason = "rays pass through glass in single Apps only"
         if reason:
             raise UserError(f"worlds: {sensor.path} cannot be scanned in many worlds: {reason}")
@@ -328,4 +328,6 @@ def _lidars(app: Any) -> list[Any]:
     from sensors.lidar.names import PRIM_TYPE
     from sensors.lidar.runtime import LidarRuntime
 
-    return [LidarRuntime(app, str(prim.GetPath())) for prim in app.stage.Traverse() if prim.GetTypeName() == PRIM_TYPE]
+    return [
+        LidarRuntime(app.world, str(prim.GetPath())) for prim in app.stage.Traverse() if prim.GetTypeName() == PRIM_TYPE
+    ]

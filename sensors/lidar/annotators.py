@@ -43,12 +43,12 @@ def _scan_channels(reading: Reading) -> frozenset[str]:
 def _scan_buffer(reading: Reading) -> dict[str, Any]:
     found = {**empty_outputs(SCAN_BUFFER_CHANNELS), "objectId": np.empty(0, np.uint32)}
     if reading.frame is not None:
-        found |= scan_buffer(reading.frame, reading.app.meters_per_unit, _wanted(reading.options))
+        found |= scan_buffer(reading.frame, reading.scene.meters_per_unit, _wanted(reading.options))
     return with_info(found, reading)
 
 
 def _flat_scan(reading: Reading) -> dict[str, Any]:
-    flat, settings = FlatScan(), reading.app.settings
+    flat, settings = FlatScan(), reading.scene.settings
     if reading.frame is not None and _not_flat(reading) is None:
         flat = flat_scan(reading.frame, bins=settings.get(keys.SCAN_BINS))
     return {
@@ -82,9 +82,9 @@ def _check_flat(reading: Reading) -> None:
     error = _not_flat(reading)
     if error is None:
         return
-    if reading.app.settings.get(keys.FLAT_SCAN_NEEDS_2D):
+    if reading.scene.settings.get(keys.FLAT_SCAN_NEEDS_2D):
         raise error
-    reading.app.warn("flat-scan-3d", "IsaacComputeRTXLidarFlatScan", f"{error}; its outputs stay at their defaults")
+    reading.scene.warn("flat-scan-3d", "IsaacComputeRTXLidarFlatScan", f"{error}; its outputs stay at their defaults")
 
 
 ANNOTATORS = (

@@ -96,7 +96,7 @@ class Lidar(SensorPrim):
 
     def bare_rate(self) -> Fraction:
         """The tick rate [Hz] of a lidar that authors none, by the profile."""
-        return self.app.settings.rate(keys.BARE_LIDAR_TICK_RATE)
+        return self.scene.settings.rate(keys.BARE_LIDAR_TICK_RATE)
 
     def write_arguments(self, attributes: Mapping[str, Any], *, tick_rate: object, wrapped: bool) -> None:
         """Authors accumulateOutputs, and warns of a wrapped lidar whose tick rate is not its scan rate."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import weakref
 from collections.abc import Iterator
 from fractions import Fraction
 from functools import cache
@@ -14,14 +13,13 @@ from graph.base.exact import nanoseconds
 from graph.base.records import dataclass
 from sensors.motion.history import history_of
 from sensors.motion.trajectory import Trajectory
-from sensors.raycast.shared import cast_world, present_app
+from sensors.raycast.world import CastWorld
 
 from .aim import RayPoses
 from .returns import Shot, Span
-from .turns import Turns
 
 if TYPE_CHECKING:
-    from graph.sim.app import App
+    from .runtime import LidarRuntime
 
 
 MOST_SPANS = 64
@@ -48,20 +46,19 @@ class Bins:
     a [m/s^2] in physics steps of dt [s]. If nothing moves during a scan, there is one span and neither error.
     """
 
-    def __init__(self, app: App, path: str, turns: Turns) -> None:
-        self._app, self._path, self._turns = weakref.ref(app), path, turns
-        self._count = app.fidelity.lidar_bins
-        self._history = history_of(app)
+    def __init__(self, lidar: LidarRuntime) -> None:
+        self._path, self._turns = lidar.path, lidar.turns
+        self._count = lidar.scene.fidelity.lidar_bins
+        self._history = history_of(lidar.scene)
 
     def ends(self, start: Fraction, end: Fraction) -> tuple[np.ndarray, np.ndarray]:
         """The sensor's poses (4, 4) float64 [m] at two times [s]."""
         return self._history.ends(self._path, start, end)
 
     def shots(
-        self, start: Fraction, end: Fraction, slices: list[tuple[int, slice]]
+        self, world: CastWorld, start: Fraction, end: Fraction, slices: list[tuple[int, slice]]
     ) -> tuple[list[Shot], np.ndarray, np.ndarray]:
         """The shots of the firings of `slices` in [start, end) [s], and the sensor's poses at both ends."""
-        world = cast_world(present_app(self._app))
         still = not (world.bodies or world.soft) or self._history.rests(start, end, world.soft)
         pieces = [
             (turn, low, high, piece)

@@ -8,13 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from graph.base.records import dataclass
+from graph.base.records import dataclass, field
 from sensors.channels import CHANNELS
 from sensors.compiled import compiled
 from sensors.frame import spherical
 from sensors.gmo import ElementFlags
 from sensors.motion.velocities import Velocities
 from sensors.raycast.rays import COMMON, NO_SURFACE, Hits
+from sensors.raycast.world import CastWorld
+from sensors.surfaces.optics import Optics
 
 from .aim import Aim, RayPoses
 from .echoes import Candidates, echo_ids
@@ -66,6 +68,21 @@ class Shot:
 
 
 @dataclass(slots=True)
+class Targets:
+    """What beams may meet, and the channels that are requested of it.
+
+    optics: the optical properties of the surfaces, by which returns that are too weak are dropped; without them there
+    is no threshold and no intensity. velocities: of hit points, None: all rest. tables: of the surfaces, by channel.
+    """
+
+    channels: frozenset[str]
+    world: CastWorld
+    optics: Optics | None = None
+    velocities: Velocities | None = None
+    tables: Mapping[str, SurfaceTable] = field(default_factory=dict)
+
+
+@dataclass(slots=True)
 class Met:
     """What n rays meet, and the k returns among it.
 
@@ -112,15 +129,14 @@ class Returns:
         met: Met,
         aim: Aim,
         output: Output,
-        velocities: Velocities | None,
-        tables: Mapping[str, SurfaceTable],
+        targets: Targets,
         receiver: Receiver | None = None,
     ) -> None:
         """The data from which channels are computed. aim: origins and directions of the rays."""
         self._pattern, self._shot, self._hits, self._index = pattern, shot, met.hits, met.beam
         self._rows, self._at, self._light, self._invalid = shot.rows, met.at, met.light, met.dark
         self._aim, self._output = aim, output
-        self._measure, self._tables, self._receiver = velocities, tables, receiver
+        self._measure, self._tables, self._receiver = targets.velocities, targets.tables, receiver
         self._beam_angles = output.is_sensor_frame and pattern.origins is None
         self._cached: dict[str, Any] = {}
         self._range = np.take(met.ranges, met.at, mode="clip")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from graph.base.errors import UserError
 from graph.base.limits import check
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from pxr import Usd
 
     from graph.sim.renderer.sensor import Schedule
+    from graph.sim.renderer.view import WorldView
 
     from .scans import Scans
 
@@ -48,7 +49,7 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
 
     def bare_rate(self) -> Fraction:
         """The tick rate [Hz] of a lidar without an authored one, by the profile."""
-        return self._app.settings.rate(keys.BARE_LIDAR_TICK_RATE)
+        return self.scene.settings.rate(keys.BARE_LIDAR_TICK_RATE)
 
     @property
     def reach(self) -> float:
@@ -57,11 +58,10 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
 
     def configure(self) -> None:
         """Prepares the turns, and the data for motion within a scan."""
-        app, config = self._app, self.config
-        rays = config.rays_per_scan * app.fidelity.lidar_subrays
-        check(
-            "lidar.rays", rays, f"{self.path}: {app.fidelity.lidar_subrays:,} sub-rays a beam make {rays:,} rays a scan"
-        )
+        scene, config = self.scene, self.config
+        subrays = scene.fidelity.lidar_subrays
+        rays = config.rays_per_scan * subrays
+        check("lidar.rays", rays, f"{self.path}: {subrays:,} sub-rays a beam make {rays:,} rays a scan")
         self.turns = turns_of(config)
         if windowed(config) and not len(self.turns.pattern(0)):
             raise UserError(f"{self.path}: no firing lies in its valid azimuth window; widen validStart/EndAzimuthDeg")
@@ -69,11 +69,11 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
         if not self.whole:
             self._warn_partial()
         self.coords = config.elements_coords_type
-        self.wants_updates = self.whole and app.fidelity.lidar_motion == "update"
-        self._casts_one_state = app.fidelity.lidar_motion == "frozen" and self.whole
+        self.wants_updates = self.whole and scene.fidelity.lidar_motion == "update"
+        self._casts_one_state = scene.fidelity.lidar_motion == "frozen" and self.whole
         self.compensates = config.output_motion_compensation_state == "COMPENSATED" and not self.wants_updates
         if self.wants_updates and config.output_motion_compensation_state == "COMPENSATED":
-            app.warn(
+            scene.warn(
                 "motion-compensation-off",
                 self.path,
                 "scans of lidar.motion update are NONCOMPENSATED; use continuous, or frozen",
@@ -83,7 +83,7 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
             ("intensityProcessing", config.intensity_processing, INTENSITY_PROCESSINGS),
         ):
             if chosen != known[0]:
-                app.warn(
+                scene.warn(
                     "lidar-attribute-ignored", self.path, f"{name} {chosen} is not modelled; it acts as {known[0]}"
                 )
         self.frame_facts = {
@@ -92,10 +92,10 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
             "azimuth_offset_deg": config.start_azimuth_offset_deg,
             "one_instant": self._casts_one_state,
         }
-        if app.fidelity.lidar_motion == "update":
+        if scene.fidelity.lidar_motion == "update":
             self.look_back(2 * self.turns.period)
-        elif app.fidelity.lidar_motion == "continuous":
-            history_of(app).keep(2 * self.turns.period)
+        elif scene.fidelity.lidar_motion == "continuous":
+            history_of(scene).keep(2 * self.turns.period)
         self._scans = None
 
     def schedule_for(self, moment: Fraction) -> Schedule:
@@ -124,7 +124,7 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
 
         The setting lidarHeader may choose the scan's start, or the update, instead.
         """
-        header = self._app.settings.get(keys.LIDAR_HEADER)
+        header = tick.scene.settings.get(keys.LIDAR_HEADER)
         if header == keys.HEADER_SCAN_START:
             return self.interval(tick)[0]
         if header == keys.HEADER_UPDATE or not self.whole:
@@ -139,16 +139,16 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
         if self._scans is not None:
             self._scans.reset()
 
-    def advance(self, start: Fraction, end: Fraction, poses: Any) -> None:
-        """Casts the firings in [start, end) with the state `poses`, for the scans they belong to."""
-        self._scanning().advance(start, end, poses)
+    def advance(self, start: Fraction, end: Fraction, scene: WorldView) -> None:
+        """Casts the firings in [start, end) with the present state, for the scans they belong to."""
+        self._scanning().advance(self, start, end, scene)
 
     def measure(self, tick: Tick) -> Measurement:
         """The scan of a tick, or the part of a scan that was fired since the last tick.
 
         If no channel is requested, no ray is cast: the result has the poses of one state and no returns.
         """
-        return self._scanning().measure(tick)
+        return self._scanning().measure(self, tick)
 
     def _scanning(self) -> Scans:
         if self._scans is None:
@@ -160,7 +160,7 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
     def _warn_partial(self) -> None:
         config = self.config
         if self.rate != config.scan_rate_base_hz:
-            self._app.warn(
+            self.scene.warn(
                 "lidar-partial-scan",
                 self.path,
                 f"tickRate is {float(self.rate):g} Hz, scanRateBaseHz is {float(config.scan_rate_base_hz):g} Hz: each "

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
 
 from graph.base.records import dataclass, field
-from sensors.motion.velocities import Velocities
 from sensors.output_frame import custom_frame
-from sensors.raycast.rays import Hits, RayBundle, RayCaster, RayMemory
+from sensors.raycast.rays import Hits, RayBundle, RayMemory
 from sensors.raycast.windows import FULL_SPANS, RayGrid
-from sensors.raycast.world import anchor_of
+from sensors.raycast.world import CastWorld, anchor_of
 from sensors.surfaces.optics import Optics
 
 from .aim import Aim, aim_rays, moving_aim, turned_back
@@ -22,7 +21,7 @@ from .noise import Noise
 from .output import Output
 from .pattern import Pattern
 from .receiver import Receiver, returned
-from .returns import Met, Returns, Shot, SurfaceTable
+from .returns import Met, Returns, Shot, Targets
 
 MOST_SURFACES = 8
 """Most surfaces that a ray meets; all but the last are transparent."""
@@ -60,33 +59,26 @@ class Scanner:
     shot, WORLD in world axes about the world's origin, CUSTOM in the frame that `config` describes. Firings without a
     return between the near and far gates are left out, unless its skipDroppingInvalidPoints is set: then they stay with
     distance 0, scalar 0 and without the VALID flag. Ranges and angles are exact without `noise`; the gates apply to
-    reported ranges. optics: gives the optical properties of the surfaces, by which returns that are too weak are
-    dropped; without them there is no threshold and no intensity. With them each beam is `subrays` rays. A beam of
-    several rays, or one that meets transparent surfaces, may have several returns, by the echo settings of `config`.
+    reported ranges. Each beam is `subrays` rays. A beam of several rays, or one that meets transparent surfaces, may
+    have several returns, by the echo settings of `config`.
     """
 
     def __init__(
         self,
         pattern: Pattern,
-        caster: Callable[[], RayCaster],
         config: LidarConfig,
         *,
         exclude: frozenset[str] = frozenset(),
-        velocities: Velocities | None = None,
-        tables: Mapping[str, SurfaceTable] | None = None,
         noise: Noise | None = None,
-        optics: Callable[[], Optics] | None = None,
         subrays: int = 1,
     ) -> None:
         self.pattern = pattern
-        self._caster = caster
         self._config = config
         self._in_world = config.output_frame_of_reference == "WORLD"
         self._custom = custom_frame(config.output_frame_of_reference, config.custom_frame_of_reference_trafo)
         self._exclude = exclude
-        self._velocities, self._tables = velocities, dict(tables or {})
-        self._receiver, self._optics, self._noise = Receiver(config), optics, noise
-        self._sub = SubRays(config, 1 if optics is None else subrays)
+        self._receiver, self._noise = Receiver(config), noise
+        self._sub = SubRays(config, subrays)
         count = len(pattern)
         self._columns = pattern.columns
         self._table = np.empty((count, 6), np.float32)
@@ -95,14 +87,14 @@ class Scanner:
         margin = 0.0 if noise is None else noise.margin
         self._reach = float(pattern.far_m.max(initial=0.0)) * (1 + 1e-6) + margin
 
-    def scan(self, shot: Shot, channels: frozenset[str]) -> dict[str, np.ndarray]:
+    def scan(self, shot: Shot, targets: Targets) -> dict[str, np.ndarray]:
         """The requested channels, each with one row per return, in the order of the pattern. Always has "count".
 
         Whatever a ray meets passes the range error, the gates and the receiver. Only where a beam may meet several
         surfaces, as it is several rays or passes glass, are they then grouped into echoes.
         """
         receiver, sub = self._receiver, self._sub
-        optics = None if self._optics is None else self._optics()
+        optics, channels, world = targets.optics, targets.channels, targets.world
         several = optics is not None and (len(sub) > 1 or optics.has_glass)
         least = 0.0 if several else receiver.least
         if not (several or least > 0 or "scalar" in channels):
@@ -113,7 +105,7 @@ class Scanner:
         for number in range(len(sub)):
             beams = self._sub_beams(number, shot.rows) if exact else sub.directions(number, columns)
             aim = self._aim(shot, beams, origins, exact and len(sub) == 1)
-            met += self._surfaces(shot, aim, swing + sub.swing, optics, least, normals=normals)
+            met += self._surfaces(world, shot, aim, swing + sub.swing, optics, least, normals=normals)
         if len(sub) > 1:
             aim = self._aim(shot, columns, origins, exact)
         seen = self._echoes(met, shot) if several else met[0]
@@ -125,24 +117,32 @@ class Scanner:
             met=seen,
             aim=aim,
             output=Output(self._in_world, None if self._in_world else shot.common, self._custom),
-            velocities=self._velocities,
-            tables=self._tables,
+            targets=targets,
             receiver=None if optics is None else receiver,
         ).arrays(channels)
 
     def _surfaces(
-        self, shot: Shot, aim: Aim, swing: float, optics: Optics | None, least: float, *, normals: bool
+        self,
+        world: CastWorld,
+        shot: Shot,
+        aim: Aim,
+        swing: float,
+        optics: Optics | None,
+        least: float,
+        *,
+        normals: bool,
     ) -> Iterator[Met]:
         """What an aim's rays meet: the first surface of each, then the next ones while light passes.
 
         least: the least energy that is detected, of the light of a ray, which is a part of its beam's.
         """
         bundle = self._bundle(shot, aim, swing)
+        states = [span.poses for span in shot.spans] or shot.poses
         beams: slice | np.ndarray = slice(None)
         light: np.ndarray | np.float32 = np.float32(1.0 / len(self._sub))
         travelled: np.ndarray | np.float32 = np.float32(0.0)
         for _ in range(MOST_SURFACES):
-            hits = self._cast(bundle, shot, normals=normals)
+            hits = world.cast(bundle, states, normals=normals)
             distance = hits.distance + travelled
             ranges = self._reported(distance, shot, beams)
             index, back = returned(bundle.table, hits, ranges, self._gates(shot.rows, beams), optics, least)
@@ -249,10 +249,6 @@ class Scanner:
             one.first, one.span = (cuts[number].start, number) if own else (looks[number].rows.start, 0)
             one.swing = swing + (0.0 if shot.moves is None else shot.moves.part(cuts[number]).swing(pose))
         return bundle
-
-    def _cast(self, bundle: RayBundle, shot: Shot, *, normals: bool) -> Hits:
-        states = [span.poses for span in shot.spans] or shot.poses
-        return self._caster().cast(bundle, states, normals=normals)
 
     def _beams(self, shot: Shot) -> tuple[np.ndarray, np.ndarray | None, float, bool]:
         """Directions (3, n) and origins (n, 3) of the shot's beams in the sensor frame.

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import weakref
 from collections import OrderedDict
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,23 +15,18 @@ from graph.sim.devices import HOST
 from graph.sim.renderer.schedule import EveryUpdate, Tick
 from sensors.channels import CHANNELS
 from sensors.motion.velocities import surface_velocities
-from sensors.raycast.shared import (
-    cast_world,
-    present_app,
-    surface_classes,
-    surface_ids,
-    surface_materials,
-    surface_optics,
-)
-from sensors.runtime import Measurement, Model
+from sensors.raycast.shared import cast_world, surface_classes, surface_ids, surface_materials, surface_optics
+from sensors.raycast.world import CastWorld
+from sensors.runtime import Measurement
 
 from .bins import Bins
 from .noise import Noise
 from .pattern import Pattern
-from .returns import Shot, SurfaceTable
+from .returns import Shot, SurfaceTable, Targets
 from .scan import Scanner
 
 if TYPE_CHECKING:
+    from graph.sim.renderer.view import WorldView
     from sensors.device.lidar import DeviceLidar
 
     from .runtime import LidarRuntime
@@ -50,173 +45,165 @@ class _Turn:
     end: np.ndarray = field(default_factory=lambda: np.eye(4))
 
 
-class Scans(Model["LidarRuntime"]):
+class Scans:
     """The scans of one lidar as it is configured now: unfinished ones, and the scanners of its turns."""
 
     def __init__(self, lidar: LidarRuntime) -> None:
-        super().__init__(lidar)
+        self._path, self._exclude = lidar.path, lidar.exclude
         self._config, self._history, self._turns = lidar.config, lidar.history, lidar.turns
-        continuous = self._app.fidelity.lidar_motion == "continuous"
-        self._bins = Bins(self._app, lidar.path, lidar.turns) if continuous else None
+        fidelity = lidar.scene.fidelity
+        self._bins = Bins(lidar) if fidelity.lidar_motion == "continuous" else None
+        self._noise_seed = lidar.scene.seed if fidelity.lidar_noise else None
+        self._subrays = fidelity.lidar_subrays
         self._scanners: OrderedDict[int, Scanner] = OrderedDict()
         self._unfinished: dict[int, _Turn] = {}
-        self._devices: dict[int, tuple[Any, DeviceLidar | None]] = {}
+        self._devices: dict[int, tuple[CastWorld, DeviceLidar | None]] = {}
 
     def reset(self) -> None:
         """Drops unfinished scans."""
         self._unfinished = {}
 
-    def advance(self, start: Fraction, end: Fraction, poses: Any) -> None:
-        """Casts the firings in [start, end) with the state `poses`, for the scans they belong to, if they are read."""
-        if self._unread:
+    def advance(self, lidar: LidarRuntime, start: Fraction, end: Fraction, scene: WorldView) -> None:
+        """Casts the firings in [start, end) with the present state, for the scans they belong to, if they are read."""
+        wanted = lidar.channels()
+        if not wanted:
             self._unfinished.clear()
             return
         oldest = end // self._turns.period - 1
-        pose = self._sensor.pose(poses)
+        pose, targets = lidar.pose(), self._targets(scene, cast_world(scene), wanted)
         for turn, rows in self._turns.slices(start, end, whole_turns=1):
             if turn >= oldest:
-                self._add(turn, rows, pose, poses)
+                scan = self._unfinished.setdefault(turn, _Turn())
+                scan.parts.append(self._scan(Shot(rows, pose, turn=turn), targets))
+                scan.firings += rows.stop - rows.start
         for turn in [turn for turn in self._unfinished if turn < oldest]:
             del self._unfinished[turn]
 
-    def measure(self, tick: Tick) -> Measurement:
+    def measure(self, lidar: LidarRuntime, tick: Tick) -> Measurement:
         """The scan of a tick, or the part fired since the last one. Without requested channels: empty, and no cast."""
-        found = None if self._unread else self._cast(tick)
-        if found is not None:
-            return found
-        pose = self._sensor.pose(tick.poses)
-        ends = (pose, pose) if self._bins is None else self._bins.ends(*self._sensor.interval(tick))
-        return self._measured(_Turn([], 0, *ends), tick, complete=self._sensor.whole)
+        wanted = lidar.channels()
+        if wanted:
+            return self._cast(lidar, tick, wanted)
+        pose = lidar.pose(tick.poses)
+        ends = (pose, pose) if self._bins is None else self._bins.ends(*lidar.interval(tick))
+        return self._measured(_Turn([], 0, *ends), lidar, tick, complete=lidar.whole)
 
-    @property
-    def _unread(self) -> bool:
-        """Whether there is nothing to cast for."""
-        return not self._sensor.channels()
-
-    def _cast(self, tick: Tick) -> Measurement:
-        if isinstance(self._sensor.schedule, EveryUpdate):
-            return self._measured(self._partial_scan(tick), tick, complete=False)
+    def _cast(self, lidar: LidarRuntime, tick: Tick, wanted: frozenset[str]) -> Measurement:
+        scene = tick.scene
+        world = cast_world(scene)
+        targets = self._targets(scene, world, wanted)
+        if isinstance(lidar.schedule, EveryUpdate):
+            return self._measured(self._partial_scan(lidar, tick, targets), lidar, tick, complete=False)
         turn = tick.index - 1
         firings = len(self._turns.pattern(turn))
         if self._bins is not None:
-            scan = self._continuous_scan(tick.start, tick.end, [(turn, slice(0, firings))])
-        elif self._sensor.wants_updates:
+            scan = self._continuous_scan(lidar, tick.start, tick.end, [(turn, slice(0, firings))], targets)
+        elif lidar.wants_updates:
             scan = self._unfinished.pop(turn, _Turn())
-        elif (device := self._on_device(turn)) is not None:
-            return self._device_scan(device, tick)
+        elif (device := self._on_device(scene, world, turn)) is not None:
+            return self._device_scan(device, lidar, tick, wanted)
         else:
-            scan = self._frozen_scan(tick)
-        return self._measured(scan, tick, complete=scan.firings == firings)
+            pose = lidar.pose(tick.poses)
+            part = self._scan(Shot(slice(0, firings), pose, tick.poses, turn=turn), targets)
+            scan = _Turn([part], firings, pose, pose)
+        return self._measured(scan, lidar, tick, complete=scan.firings == firings)
 
-    def _measured(self, scan: _Turn, tick: Tick, *, complete: bool) -> Measurement:
+    def _measured(self, scan: _Turn, lidar: LidarRuntime, tick: Tick, *, complete: bool) -> Measurement:
         parts = scan.parts
         count = sum(int(part.pop("count")) for part in parts)
         if not parts:
-            arrays = {name: CHANNELS[name].empty() for name in self._sensor.channels() if name in CHANNELS}
+            arrays = {name: CHANNELS[name].empty() for name in lidar.channels() if name in CHANNELS}
         elif len(parts) == 1:
             arrays = parts[0]
         else:
             names = set.intersection(*(set(part) for part in parts))
             arrays = {name: np.concatenate([part[name] for part in parts]) for name in names}
-        ends = self._sensor.ends(tick) if self._history is not None else (scan.start, scan.end)
+        ends = lidar.ends(tick) if self._history is not None else (scan.start, scan.end)
         return Measurement(arrays, count, ends, complete)
 
-    def _scanner(self, turn: int) -> Scanner:
-        """The scanner for the firings of a turn; see `Turns`."""
-        number = self._turns.number(turn)
+    def _targets(self, scene: WorldView, world: CastWorld, wanted: frozenset[str]) -> Targets:
+        """What beams may meet, for the channels that are requested now."""
+        in_world = self._config.output_frame_of_reference == "WORLD"
+        velocities = partial(surface_velocities, scene.fabric, world, None if in_world else self._path)
+        return Targets(wanted, world, surface_optics(world), velocities, _tables(world))
+
+    def _scan(self, shot: Shot, targets: Targets) -> dict[str, np.ndarray]:
+        """The channels of a shot, and their "count", by the scanner for the firings of its turn; see `Turns`."""
+        number = self._turns.number(shot.turn)
         found = self._scanners.get(number)
         if found is None:
             while len(self._scanners) >= self._turns.kept:
                 self._scanners.popitem(last=False)
-            found = self._scanners[number] = self._new_scanner(self._turns.pattern(turn))
-        return found
-
-    def _scan(self, shot: Shot) -> dict[str, np.ndarray]:
-        """The channels of a shot that are requested now, and their "count"."""
-        return self._scanner(shot.turn).scan(shot, self._sensor.channels())
+            found = self._scanners[number] = self._new_scanner(self._turns.pattern(shot.turn))
+        return found.scan(shot, targets)
 
     def _new_scanner(self, pattern: Pattern) -> Scanner:
-        app, config = self._app, self._config
-        weak = weakref.ref(app)
-        return Scanner(
-            pattern,
-            lambda: cast_world(present_app(weak)),
-            config,
-            exclude=self._exclude,
-            velocities=surface_velocities(app, self._path, config.output_frame_of_reference == "WORLD"),
-            noise=Noise(config, pattern, app.seed, self._path) if app.fidelity.lidar_noise else None,
-            optics=lambda: surface_optics(present_app(weak)),
-            subrays=app.fidelity.lidar_subrays,
-            tables=self._tables(),
-        )
+        seed = self._noise_seed
+        noise = None if seed is None else Noise(self._config, pattern, seed, self._path)
+        return Scanner(pattern, self._config, exclude=self._exclude, noise=noise, subrays=self._subrays)
 
-    def _tables(self) -> dict[str, SurfaceTable]:
-        weak = weakref.ref(self._app)
-        return {
-            "matId": lambda: surface_materials(present_app(weak)),
-            "objId": lambda: surface_ids(present_app(weak)),
-            "classId": lambda: surface_classes(present_app(weak)),
-        }
-
-    def _frozen_scan(self, tick: Tick) -> _Turn:
-        pose, turn = self._sensor.pose(tick.poses), tick.index - 1
-        firings = len(self._scanner(turn).pattern)
-        part = self._scan(Shot(slice(0, firings), pose, tick.poses, turn=turn))
-        return _Turn([part], firings, pose, pose)
-
-    def _on_device(self, turn: int) -> DeviceLidar | None:
-        """The lidar on the App's device, if it can make whole frames of this turn there."""
-        app, config = self._app, self._config
-        if app.fidelity.device == HOST:
+    def _on_device(self, scene: WorldView, world: CastWorld, turn: int) -> DeviceLidar | None:
+        """The lidar on the scene's device, if it can make whole frames of this turn there."""
+        fidelity, config = scene.fidelity, self._config
+        if fidelity.device == HOST:
             return None
         from sensors.device.lidar import DeviceLidar
         from sensors.device.world import DeviceWorld
 
-        number, world = self._turns.number(turn), cast_world(app)
+        number = self._turns.number(turn)
         known = self._devices.get(number)
         if known is None or known[0] is not world:
-            pattern, carrier = self._turns.pattern(turn), app.fabric.body_of(self._path)
+            pattern, optics = self._turns.pattern(turn), surface_optics(world)
+            carrier = scene.fabric.body_of(self._path)
             fits = (
-                isinstance(world, DeviceWorld)
-                and not (app.fidelity.lidar_noise or app.fidelity.lidar_subrays > 1)
-                and not (config.skip_dropping_invalid_points or surface_optics(app).has_glass)
+                not (fidelity.lidar_noise or fidelity.lidar_subrays > 1)
+                and not (config.skip_dropping_invalid_points or optics.has_glass)
                 and config.output_frame_of_reference == "SENSOR"
                 and pattern.origins is None
                 and (carrier is None or carrier in world.bodies)
             )
             lidar = None
             if fits and isinstance(world, DeviceWorld):
-                tables = self._tables()
-                lidar = DeviceLidar(world, pattern, config, surface_optics(app), self._exclude, tables, carrier)
+                lidar = DeviceLidar(world, pattern, config, optics, self._exclude, _tables(world), carrier)
             known = self._devices[number] = world, lidar
         return known[1]
 
-    def _device_scan(self, device: DeviceLidar, tick: Tick) -> Measurement:
-        pose, state = self._sensor.pose(tick.poses), tick.poses or self._app.fabric.capture()
+    def _device_scan(self, device: DeviceLidar, lidar: LidarRuntime, tick: Tick, wanted: frozenset[str]) -> Measurement:
+        pose, state = lidar.pose(tick.poses), tick.poses or tick.scene.fabric.capture()
         velocities = np.array(state.velocities(device.world.bodies)).reshape(-1, 6)
-        arrays, count = device.scan(pose, state, velocities, self._sensor.channels())
-        return Measurement(arrays, count, self._sensor.ends(tick) if self._history is not None else (pose, pose))
+        arrays, count = device.scan(pose, state, velocities, wanted)
+        return Measurement(arrays, count, lidar.ends(tick) if self._history is not None else (pose, pose))
 
-    def _continuous_scan(self, start: Fraction, end: Fraction, slices: list[tuple[int, slice]]) -> _Turn:
+    def _continuous_scan(
+        self,
+        lidar: LidarRuntime,
+        start: Fraction,
+        end: Fraction,
+        slices: list[tuple[int, slice]],
+        targets: Targets,
+    ) -> _Turn:
         assert self._bins is not None
         scan = _Turn()
-        shots, scan.start, scan.end = self._bins.shots(start, end, slices)
+        shots, scan.start, scan.end = self._bins.shots(targets.world, start, end, slices)
         for shot in shots:
-            shot.common = scan.end if self._sensor.compensates and shot.moves is not None else None
-            scan.parts.append(self._scan(shot))
+            shot.common = scan.end if lidar.compensates and shot.moves is not None else None
+            scan.parts.append(self._scan(shot, targets))
             scan.firings += shot.rows.stop - shot.rows.start
         return scan
 
-    def _add(self, turn: int, rows: slice, pose: np.ndarray, poses: Any) -> None:
-        scan = self._unfinished.setdefault(turn, _Turn())
-        scan.parts.append(self._scan(Shot(rows, pose, poses, turn=turn)))
-        scan.firings += rows.stop - rows.start
-
-    def _partial_scan(self, tick: Tick) -> _Turn:
-        start, end = self._sensor.interval(tick)
+    def _partial_scan(self, lidar: LidarRuntime, tick: Tick, targets: Targets) -> _Turn:
+        start, end = lidar.interval(tick)
         slices = self._turns.slices(start, end)
         if self._bins is not None:
-            return self._continuous_scan(start, end, slices)
-        period, stamp, pose = self._turns.period, nanoseconds(start), self._sensor.pose(tick.poses)
+            return self._continuous_scan(lidar, start, end, slices, targets)
+        period, stamp, pose = self._turns.period, nanoseconds(start), lidar.pose(tick.poses)
         shots = [Shot(rows, pose, tick.poses, nanoseconds(turn * period) - stamp, turn=turn) for turn, rows in slices]
-        return _Turn([self._scan(shot) for shot in shots], 0, pose, pose)
+        return _Turn([self._scan(shot, targets) for shot in shots], 0, pose, pose)
+
+
+def _tables(world: CastWorld) -> dict[str, SurfaceTable]:
+    return {
+        "matId": partial(surface_materials, world),
+        "objId": partial(surface_ids, world),
+        "classId": partial(surface_classes, world),
+    }

@@ -17,7 +17,7 @@ from .prim import read_config, write_config
 if TYPE_CHECKING:
     from pxr import Usd
 
-    from graph.sim.app import App
+    from graph.sim.renderer.view import WorldView
 
     from .runtime import LidarRuntime
 
@@ -28,10 +28,10 @@ RULES = {
 }
 
 
-def _runtime(app: App, prim_path: str, resolution: tuple[int, int]) -> LidarRuntime:
+def _runtime(scene: WorldView, prim_path: str, resolution: tuple[int, int]) -> LidarRuntime:
     from .runtime import LidarRuntime
 
-    return LidarRuntime(app, prim_path, resolution)
+    return LidarRuntime(scene, prim_path, resolution)
 
 
 def _check(prim: Usd.Prim) -> Iterator[str]:
@@ -44,7 +44,7 @@ def _author(prim: Usd.Prim, config: str, variant: Any = None, **where: Any) -> N
     write_config(prim, load(config, variant, **where))
 
 
-def _facts(app: App, prim: Usd.Prim) -> dict[str, Any]:
+def _facts(scene: WorldView, prim: Usd.Prim) -> dict[str, Any]:
     from graph.sim.settings import BARE_LIDAR_TICK_RATE
 
     from .pattern import firing_pattern
@@ -52,13 +52,13 @@ def _facts(app: App, prim: Usd.Prim) -> dict[str, Any]:
     config = read_config(prim)
     rays, rate = len(firing_pattern(config)), config.scan_rate_base_hz
     return {
-        "tick_rate_hz": read_tick_rate(prim, app.settings.rate(BARE_LIDAR_TICK_RATE)),
+        "tick_rate_hz": read_tick_rate(prim, scene.settings.rate(BARE_LIDAR_TICK_RATE)),
         "scan_rate_hz": rate,
         "accumulates": config.accumulate_outputs,
         "rays_per_scan": rays,
         "rays_per_second": rays * rate,
         "range_offset_m": config.range_offset_m,
-        "noise": app.fidelity.lidar_noise,
+        "noise": scene.fidelity.lidar_noise,
     }
 
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import weakref
 from bisect import bisect_left, bisect_right
 from collections import deque
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +15,8 @@ from graph.sim.transforms import quaternions, rigid_part, rotation_matrices, sle
 from .trajectory import Trajectory
 
 if TYPE_CHECKING:
-    from graph.sim.app import App
+    from graph.sim.renderer.view import WorldView
+    from graph.sim.state.prim_poses import PrimPoses
 
 LAST = 1000
 """Order among the subscribers of a step: it is last, so the stored state includes what the others move."""
@@ -24,23 +24,21 @@ LAST = 1000
 LONGEST_UPDATE = Fraction(1, 5)
 """The past [s] that is kept before a lidar requests more: an update of a loop of 5 Hz."""
 
-_histories: weakref.WeakKeyDictionary[App, History] = weakref.WeakKeyDictionary()
 
-
-def history_of(app: App) -> History:
-    """The history of an App, shared by all its sensors. The first call starts it."""
-    known = _histories.get(app)
+def history_of(scene: WorldView) -> History:
+    """The history of a world, shared by all its sensors. The first call starts it."""
+    known: History | None = scene.shared.get("history")
     if known is None:
-        known = _histories[app] = History(app)
+        known = scene.shared["history"] = History(scene)
     return known
 
 
-def begin_history(app: App) -> None:
+def begin_history(scene: WorldView) -> None:
     """From now on keeps the states of at least the present update, for lidars that look back.
 
     A sensor that a graph makes exists from the start of that update, whose states it could not get otherwise.
     """
-    history_of(app).keep(LONGEST_UPDATE)
+    history_of(scene).keep(LONGEST_UPDATE)
 
 
 class BlendedPoses:
@@ -90,8 +88,8 @@ class History:
     is placed elsewhere between two steps moves there within that step.
     """
 
-    def __init__(self, app: App) -> None:
-        self._app = weakref.ref(app)
+    def __init__(self, scene: WorldView) -> None:
+        self._scene = scene
         self._times: deque[Fraction] = deque()
         self._states: deque[Any] = deque()
         self._span = Fraction(0)
@@ -100,11 +98,11 @@ class History:
         self._asked: tuple[tuple[Any, ...], Trajectory] | None = None
         """The latest trajectory, and what was asked for: a scan asks more than once."""
         for event, handler, order in (
-            ("physics_pre_step", History._begin, -LAST),
-            ("physics_post_step", History._record, LAST),
-            ("stop", History._forget, 0),
+            ("physics_pre_step", self._begin, -LAST),
+            ("physics_post_step", self._record, LAST),
+            ("stop", self._forget, 0),
         ):
-            app.on(event, _weakly(self, handler), order)
+            scene.on(event, handler, order)
 
     def __len__(self) -> int:
         return len(self._times)
@@ -148,18 +146,15 @@ class History:
         return self._asked[1]
 
     def _trajectory(self, path: str, start: Fraction, end: Fraction, zero: Fraction) -> Trajectory:
-        app = self._app()
-        assert app is not None
+        fabric = self._scene.fabric
         times, states = self._around(start, end)
-        if app.fabric.body_of(path) is None and all(state.written is states[0].written for state in states):
+        if fabric.body_of(path) is None and all(state.written is states[0].written for state in states):
             times, states = times[:1], states[:1]  # it did not move
-        poses = np.stack([rigid_part(app.fabric.world_matrix(path, state)) for state in states])
-        poses[:, :3, 3] *= app.meters_per_unit
+        poses = np.stack([rigid_part(fabric.world_matrix(path, state)) for state in states])
+        poses[:, :3, 3] *= fabric.meters_per_unit
 
         def twists() -> np.ndarray:
-            present = self._app()  # a trajectory is kept, so it must not keep its App alive
-            assert present is not None
-            return _twists(present, path, states, poses[:, :3, 3])
+            return _twists(fabric, path, states, poses[:, :3, 3])
 
         return Trajectory(np.array([float(time - zero) for time in times]), poses, twists)
 
@@ -181,10 +176,7 @@ class History:
             self._record()
 
     def _record(self) -> None:
-        app = self._app()
-        if app is None:
-            return
-        time, state = app.rendering.time, app.fabric.capture()
+        time, state = self._scene.rendering.time, self._scene.fabric.capture()
         if self._states and self._states[-1].layout is not state.layout:  # other bodies: nothing to interpolate with
             self._forget()
         while self._times and self._times[-1] >= time:
@@ -208,24 +200,12 @@ class History:
         self._asked = None
 
 
-def _twists(app: App, path: str, states: Sequence[Any], places: np.ndarray) -> np.ndarray:
+def _twists(fabric: PrimPoses, path: str, states: Sequence[Any], places: np.ndarray) -> np.ndarray:
     """(m, 6) velocities of a prim at its places (m, 3) [m] in some states: those of the body that carries it."""
-    carrier = app.fabric.body_of(path)
+    carrier = fabric.body_of(path)
     if carrier is None:
         return np.zeros((len(states), 6))
     out = np.concatenate([state.velocities((carrier,)) for state in states])
-    origins = np.stack([app.fabric.rigid_matrices((carrier,), state)[0, :3, 3] for state in states])
+    origins = np.stack([fabric.rigid_matrices((carrier,), state)[0, :3, 3] for state in states])
     out[:, :3] += np.cross(out[:, 3:], places - origins)
     return out
-
-
-def _weakly(history: History, handler: Callable[[History], None]) -> Callable[[], None]:
-    """A callback that does not keep the history, or its App, alive."""
-    weak = weakref.ref(history)
-
-    def call() -> None:
-        alive = weak()
-        if alive is not None:
-            handler(alive)
-
-    return call

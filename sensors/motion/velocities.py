@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import weakref
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from sensors.compiled import compiled
-from sensors.raycast.shared import cast_world, present_app
 
 if TYPE_CHECKING:
-    from graph.sim.app import App
+    from graph.sim.state.prim_poses import PrimPoses
+    from sensors.raycast.world import CastWorld
 
 
 class Velocities(Protocol):
@@ -24,7 +23,7 @@ class Velocities(Protocol):
         levers: Callable[[], np.ndarray],
         origin: np.ndarray,
         poses: Any,
-        own: Callable[[], np.ndarray | None] | None = None,
+        own: Callable[[], np.ndarray | None],
     ) -> tuple[np.ndarray | slice, np.ndarray] | None:
         """The rows that move (m,), or all as a slice, and their velocities (m, 3) float32 [m/s] along world axes.
 
@@ -36,47 +35,43 @@ class Velocities(Protocol):
         """
 
 
-def surface_velocities(app: App, sensor_path: str, in_world: bool) -> Velocities:
-    """The function that a scanner calls for the velocities of hit points.
+def surface_velocities(
+    fabric: PrimPoses,
+    world: CastWorld,
+    sensor_path: str | None,
+    surfaces: np.ndarray,
+    levers: Callable[[], np.ndarray],
+    origin: np.ndarray,
+    poses: Any,
+    own: Callable[[], np.ndarray | None],
+) -> tuple[np.ndarray | slice, np.ndarray] | None:
+    """The velocities of hit points: `Velocities`, after its first three arguments.
 
-    in_world: velocities in the world; otherwise relative to the sensor, with its own translation and rotation included
-    (the rate of change of the point's sensor-frame coordinates, along world axes).
+    sensor_path: relative to this sensor, with its own translation and rotation included (the rate of change of the
+    point's sensor-frame coordinates, along world axes); None: velocities in the world.
     """
-    weak = weakref.ref(app)
-
-    def measure(
-        surfaces: np.ndarray,
-        levers: Callable[[], np.ndarray],
-        origin: np.ndarray,
-        poses: Any,
-        own: Callable[[], np.ndarray | None] | None = None,
-    ) -> tuple[np.ndarray | slice, np.ndarray] | None:
-        app = present_app(weak)
-        world = cast_world(app)
-        poses = poses or app.fabric.capture()
-        body = np.take(world.body_of, surfaces, mode="clip")
-        moving = np.flatnonzero(body >= 0)
-        carrier = None if in_world else _carrier(app, sensor_path)
-        if carrier is None and not len(moving):
-            return None
-        twists = twists_at(app, world.bodies, origin, poses) if len(moving) else _AT_REST
-        if carrier is None:
-            return moving, _of_points(moving, body, levers(), twists, _AT_REST)
-        twist = None if own is None else own()
-        if twist is None:
-            twist = twists_at(app, (carrier,), origin, poses)
-        return slice(None), _of_points(np.arange(len(surfaces)), body, levers(), twists, twist)
-
-    return measure
+    poses = poses or fabric.capture()
+    body = np.take(world.body_of, surfaces, mode="clip")
+    moving = np.flatnonzero(body >= 0)
+    carrier = None if sensor_path is None else fabric.body_of(sensor_path)
+    if carrier is None and not len(moving):
+        return None
+    twists = twists_at(fabric, world.bodies, origin, poses) if len(moving) else _AT_REST
+    if carrier is None:
+        return moving, _of_points(moving, body, levers(), twists, _AT_REST)
+    twist = own()
+    if twist is None:
+        twist = twists_at(fabric, (carrier,), origin, poses)
+    return slice(None), _of_points(np.arange(len(surfaces)), body, levers(), twists, twist)
 
 
-def twists_at(app: App, bodies: tuple[str, ...], place: np.ndarray, poses: Any) -> np.ndarray:
+def twists_at(fabric: PrimPoses, bodies: tuple[str, ...], place: np.ndarray, poses: Any) -> np.ndarray:
     """(6, n) float32 linear [m/s] and angular [rad/s] velocities, world axes, of bodies at a place (3,) float64 [m].
 
     As if each body extended to that place.
     """
     twists = np.array(poses.velocities(bodies))
-    origins = np.asarray(app.fabric.rigid_matrices(bodies, poses))[:, :3, 3]
+    origins = np.asarray(fabric.rigid_matrices(bodies, poses))[:, :3, 3]
     twists[:, :3] += np.cross(twists[:, 3:], place - origins)
     return np.ascontiguousarray(twists.T, np.float32)
 
@@ -111,9 +106,3 @@ def _velocities(
             if carrier >= 0:
                 speed = up * twists[3 + i, carrier] - across * twists[3 + j, carrier] + twists[axis, carrier]
             found[at, axis] = speed - (up * own[3 + i, ray] - across * own[3 + j, ray] + own[axis, ray])
-
-
-def _carrier(app: App, path: str) -> str | None:
-    """The moving body or animated prim that carries a prim, or None."""
-    found: str | None = app.fabric.body_of(path)
-    return found

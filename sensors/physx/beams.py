@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from graph.sim.transforms import apply, transformed
 from sensors.gmo.layout import ElementFlags
 from sensors.raycast.ranged import cast_ranged
-from sensors.raycast.shared import cast_world
-
-if TYPE_CHECKING:
-    from graph.sim.app import App
+from sensors.raycast.world import CastWorld
 
 
 def fire(
-    app: App,
+    world: CastWorld,
     pose: np.ndarray,
     origins: np.ndarray,
     directions: np.ndarray,
@@ -31,7 +28,7 @@ def fire(
     """
     nearest, farthest = ranges
     starts, ways = transformed(pose, origins), apply(pose[:3, :3], directions)
-    hits = cast_ranged(cast_world(app), starts, ways, ranges, poses, exclude)
+    hits = cast_ranged(world, starts, ways, ranges, poses, exclude)
     reached = hits.distance
     depths = reached + np.float32(nearest)
     depths[reached > farthest] = np.inf

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from graph.base.limits import check
 from graph.base.records import dataclass
 from graph.sim.renderer.schedule import Tick
+from sensors.raycast.shared import cast_world
 from sensors.runtime import Measurement, SensorRuntime
 
 from .attributes import number, read_ranges
@@ -122,7 +123,7 @@ class PhysxLidarRuntime(SensorRuntime[PhysxLidarConfig]):
         if not config.enabled:
             return None
         if not config.rotation_rate:
-            self._depths = self._fire(slice(None), tick.poses)
+            self._depths = self._fire(slice(None), tick)
             self._times[:] = float(tick.time)
             return self._measured()
         speed = config.columns * config.rotation_rate
@@ -144,12 +145,13 @@ class PhysxLidarRuntime(SensorRuntime[PhysxLidarConfig]):
         start = first % self.config.columns
         columns = slice(start, start + last - first)
         beams = slice(columns.start * self.config.rows, columns.stop * self.config.rows)
-        self._depths[beams] = self._fire(beams, tick.poses)
+        self._depths[beams] = self._fire(beams, tick)
         self._times[columns] = float(tick.time)
 
-    def _fire(self, beams: slice, poses: Any) -> np.ndarray:
+    def _fire(self, beams: slice, tick: Tick) -> np.ndarray:
         directions = self._directions[beams]
-        return fire(self._app, self.pose(poses), HERE, directions, self.config.ranges, poses, self.exclude)
+        world, poses = cast_world(tick.scene), tick.poses
+        return fire(world, self.pose(poses), HERE, directions, self.config.ranges, poses, self.exclude)
 
     def _measured(self) -> Measurement:
         wanted, config = self.channels(), self.config

@@ -9,6 +9,7 @@ import numpy as np
 from graph.base.limits import check
 from graph.base.records import dataclass
 from graph.sim.renderer.schedule import Tick
+from sensors.raycast.shared import cast_world
 from sensors.runtime import Measurement, SensorRuntime
 
 from .attributes import fail, number, read_ranges, unit_axis
@@ -59,7 +60,7 @@ class LightBeamRuntime(SensorRuntime[LightBeamConfig]):
     def configure(self) -> None:
         """Prepares the beams."""
         config = self.config
-        step = np.array(config.step) * self._app.meters_per_unit
+        step = np.array(config.step) * self.scene.meters_per_unit
         self.origins = np.arange(config.count)[:, None] * step
         """Of the beams, (n, 3) float64 [m], in the sensor's axes."""
         self.directions = np.tile(np.array(config.forward), (config.count, 1))
@@ -71,5 +72,5 @@ class LightBeamRuntime(SensorRuntime[LightBeamConfig]):
         if not config.enabled:
             return None
         pose, origins, directions, ranges = self.pose(tick.poses), self.origins, self.directions, config.ranges
-        depths = fire(self._app, pose, origins, directions, ranges, tick.poses, self.exclude)
+        depths = fire(cast_world(tick.scene), pose, origins, directions, ranges, tick.poses, self.exclude)
         return Measurement(told(self.channels(), depths, origins, directions, ranges), config.count)

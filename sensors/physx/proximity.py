@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import weakref
 from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING
@@ -11,6 +10,7 @@ import numpy as np
 
 from graph.base.paths import at_or_below
 from graph.base.suggesting import Suggesting
+from graph.sim import entered
 from graph.sim.transforms import Floats, rigid_part
 from sensors.errors import SensorValueError
 
@@ -18,17 +18,15 @@ if TYPE_CHECKING:
     from pxr import Usd
 
     from graph.sim.app import App
-    from graph.sim.phases import Unsubscribe
+    from graph.sim.renderer.view import WorldView
 
 Told = Callable[["ProximitySensor"], object]
 """A user's callback; it gets the sensor."""
 
-_NOBODY: tuple[Told | None, ...] = (None, None, None)
+REGISTERED = "proximity sensors"
+"""The key in `WorldView.shared` of those that are updated, each with the functions that end it."""
 
-_registered: weakref.WeakKeyDictionary[App, dict[ProximitySensor, tuple[Unsubscribe, ...]]] = (
-    weakref.WeakKeyDictionary()
-)
-"""The sensors that an App updates, each with the functions that end it."""
+_NOBODY: tuple[Told | None, ...] = (None, None, None)
 
 
 class ProximitySensor(Suggesting):
@@ -50,9 +48,7 @@ class ProximitySensor(Suggesting):
         *,
         app: App | None = None,
     ) -> None:
-        from graph.sim.app import App
-
-        self._app = weakref.ref(app if app is not None else App.current())
+        self.scene: WorldView = (entered.current() if app is None else app).world
         self.path = parent if isinstance(parent, str) else str(parent.GetPath())
         if len(callback_fns) != len(_NOBODY):
             raise SensorValueError(
@@ -62,17 +58,9 @@ class ProximitySensor(Suggesting):
         self._on_inside, self._on_enter, self._on_exit = callback_fns
         self.reset()
 
-    @property
-    def app(self) -> App:
-        """The App whose world it watches. Raises SensorValueError once the App is gone."""
-        app = self._app()
-        if app is None:
-            raise SensorValueError(f"{self.path}: the App of this sensor is gone; make the sensor again")
-        return app
-
     def reset(self) -> None:
         """Forgets what is inside, as a stop does, and takes the present size of the prim."""
-        self._middle, self._half = bounds_of(self.app, self.path)
+        self._middle, self._half = bounds_of(self.scene, self.path)
         self._since: dict[str, Fraction] = {}
         self._distances: dict[str, float] = {}
         self.entered: tuple[str, ...] = ()
@@ -85,9 +73,9 @@ class ProximitySensor(Suggesting):
         inside = self._inside()
         self.entered = tuple(path for path in inside if path not in self._since)
         self.exited = tuple(path for path in self._since if path not in inside)
-        now = self.app.simulation.time
+        now = self.scene.times.time
         self._since = {path: self._since.get(path, now) for path in inside}
-        origins = self.app.fabric.rigid_matrices((self.path, *inside))[:, :3, 3]
+        origins = self.scene.fabric.rigid_matrices((self.path, *inside))[:, :3, 3]
         self._distances = dict(zip(inside, np.linalg.norm(origins[1:] - origins[0], axis=1).tolist(), strict=True))
         for happened, callback in (
             (self.entered, self._on_enter),
@@ -112,7 +100,7 @@ class ProximitySensor(Suggesting):
         duration: simulation time since the update in which it entered [s]; distance: from the origin of the sensor's
         prim to that of the other one [m], at the last update.
         """
-        now = self.app.simulation.time
+        now = self.scene.times.time
         return {
             path: {"duration": float(now - since), "distance": self._distances[path]}
             for path, since in self._since.items()
@@ -129,14 +117,14 @@ class ProximitySensor(Suggesting):
         )
 
     def _inside(self) -> list[str]:
-        app, physics = self.app, self.app.physics
+        scene, physics = self.scene, self.scene.physics
         if physics is None:
             return []
-        matrix = app.fabric.world_matrix(self.path).copy()
-        matrix[:3] *= app.meters_per_unit
+        matrix = scene.fabric.world_matrix(self.path).copy()
+        matrix[:3] *= scene.meters_per_unit
         pose, half = rigid_part(matrix), self._half * np.linalg.norm(matrix[:3, :3], axis=0)
         pose[:3, 3] += matrix[:3, :3] @ self._middle
-        own = app.fabric.body_of(self.path)
+        own = scene.fabric.body_of(self.path)
         found: dict[str, None] = {}
         for collider, body in physics.overlapping(pose, half):
             mine = body == own if body else own is None and at_or_below(collider, self.path)
@@ -148,30 +136,28 @@ class ProximitySensor(Suggesting):
 
 def register_sensor(sensor: ProximitySensor) -> None:
     """Updates a sensor after each physics step, until `clear_sensors`; a stop resets it. Twice is as once."""
-    app = sensor.app
-    sensors = _registered.setdefault(app, {})
+    scene = sensor.scene
+    sensors = scene.shared.setdefault(REGISTERED, {})
     if sensor not in sensors:
-        ends = app.on("physics_post_step", sensor.update), app.on("stop", sensor.reset)
-        sensors[sensor] = ends
+        sensors[sensor] = scene.on("physics_post_step", sensor.update), scene.on("stop", sensor.reset)
 
 
 def clear_sensors(app: App | None = None) -> None:
     """Ends the updates of all registered sensors of an App; None is the App entered last."""
-    from graph.sim.app import App
-
-    for ends in _registered.pop(app if app is not None else App.current(), {}).values():
+    scene: WorldView = (entered.current() if app is None else app).world
+    for ends in scene.shared.pop(REGISTERED, {}).values():
         for end in ends:
             end()
 
 
-def bounds_of(app: App, path: str) -> tuple[Floats, Floats]:
+def bounds_of(scene: WorldView, path: str) -> tuple[Floats, Floats]:
     """(3,) middle and (3,) half lengths of a prim's bounds along its axes, before its transform [stage units].
 
     Raises SensorValueError for a prim that is missing or has no size.
     """
     from graph.sim.usd import Usd, UsdGeom
 
-    prim = app.stage.GetPrimAtPath(path)
+    prim = scene.stage.GetPrimAtPath(path)
     if not prim:
         raise SensorValueError(f"{path}: no such prim on the stage; a proximity sensor watches the box of a prim")
     purposes = [UsdGeom.Tokens.default_, UsdGeom.Tokens.render, UsdGeom.Tokens.proxy, UsdGeom.Tokens.guide]

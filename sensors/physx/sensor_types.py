@@ -14,23 +14,23 @@ from .names import BEAM_CHANNELS, BEAM_TIME, LIDAR, LIGHT_BEAM
 if TYPE_CHECKING:
     from pxr import Usd
 
-    from graph.sim.app import App
     from graph.sim.renderer.sensor import Sensor
+    from graph.sim.renderer.view import WorldView
 
 
-def _lidar(app: App, prim_path: str, resolution: tuple[int, int]) -> Sensor:
+def _lidar(scene: WorldView, prim_path: str, resolution: tuple[int, int]) -> Sensor:
     from .lidar import PhysxLidarRuntime
 
-    return PhysxLidarRuntime(app, prim_path, resolution)
+    return PhysxLidarRuntime(scene, prim_path, resolution)
 
 
-def _light_beam(app: App, prim_path: str, resolution: tuple[int, int]) -> Sensor:
+def _light_beam(scene: WorldView, prim_path: str, resolution: tuple[int, int]) -> Sensor:
     from .light_beam import LightBeamRuntime
 
-    return LightBeamRuntime(app, prim_path, resolution)
+    return LightBeamRuntime(scene, prim_path, resolution)
 
 
-def _lidar_facts(app: App, prim: Usd.Prim) -> dict[str, Any]:
+def _lidar_facts(scene: WorldView, prim: Usd.Prim) -> dict[str, Any]:
     from .lidar import read_config
 
     config = read_config(prim)
@@ -43,7 +43,7 @@ def _lidar_rows(facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     yield "rays", f"{facts['columns']:,} x {facts['rows']:,} a scan (columns x rows)"
 
 
-def _beam_facts(app: App, prim: Usd.Prim) -> dict[str, Any]:
+def _beam_facts(scene: WorldView, prim: Usd.Prim) -> dict[str, Any]:
     from .light_beam import read_config
 
     config = read_config(prim)

@@ -47,7 +47,7 @@ class Radar(SensorPrim):
 
     def check_creation(self) -> None:
         """Raises MotionBvhOff where Motion BVH is required and off."""
-        settings = self.app.settings
+        settings = self.scene.settings
         if settings.get(keys.RADAR_NEEDS_MOTION_BVH) and not settings.get(keys.MOTION_BVH, False):
             raise MotionBvhOff(
                 f"{self.path}: a radar needs Motion BVH; set {keys.MOTION_BVH} to true before it is created, or "

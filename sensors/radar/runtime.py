@@ -38,7 +38,7 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
     def read(self, prim: Usd.Prim) -> RadarConfig:
         """The configuration that the prim describes."""
         for name, reason in unknown_attributes(prim, PREFIX, {SCAN_PREFIX: SCAN_API}):
-            self._app.warn("sensor-attribute-unknown", f"{self.path}.{name}", reason)
+            self.scene.warn("sensor-attribute-unknown", f"{self.path}.{name}", reason)
         return read_config(prim)
 
     @property
@@ -48,24 +48,24 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
 
     def configure(self) -> None:
         """Checks the rays of each scan configuration, which are made when they are first needed."""
-        config, rays = self.config, self._app.fidelity.radar_rays
+        config, rays = self.config, self.scene.fidelity.radar_rays
         self.coords = config.elements_coords_type
         self.frame_facts = {"frame_of_reference": config.output_frame_of_reference}
-        self.bounces = min(self._app.fidelity.radar_bounces or max(1, config.trace_tree_depth), MOST_BOUNCES)
+        self.bounces = min(self.scene.fidelity.radar_bounces or max(1, config.trace_tree_depth), MOST_BOUNCES)
         for scan in config.scans:
             across, up = scan.grid(rays)
             check("radar.rays", across * up, f"{self.path}: scan {scan.name} casts {across * up:,} rays")
         if config.without_effect:
-            self._app.warn(
+            self.scene.warn(
                 "radar-attribute-ignored",
                 self.path,
                 f"{', '.join(config.without_effect)}: not modelled, and without effect (chirps and arrays count only "
                 "where datacubeMode is WAVEFORM); cells follow from rangeResM, velResMps, boreAzResDeg, boreElResDeg "
                 "and maxVelMpsSequence",
             )
-        settings = self._app.settings
+        settings = self.scene.settings
         if settings.get(keys.RADAR_NEEDS_MOTION_BVH) and not settings.get(keys.MOTION_BVH, False):
-            self._app.warn(
+            self.scene.warn(
                 "radar-motion-bvh-off",
                 self.path,
                 f"Isaac Sim gives no frames of it while Motion BVH is off; set {keys.MOTION_BVH} to true",
@@ -74,8 +74,8 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
 
     def schedule_for(self, moment: Fraction) -> Schedule:
         """The ticks of its rate; every update where a setting, as the product does, ignores that."""
-        if self.rate and self._app.settings.get(keys.RADAR_IGNORES_TICK_RATE):
-            self._app.warn(
+        if self.rate and self.scene.settings.get(keys.RADAR_IGNORES_TICK_RATE):
+            self.scene.warn(
                 "radar-tick-rate-ignored",
                 self.path,
                 f"it renders in every update, not at {shortest(self.rate)} Hz: the setting "
@@ -91,11 +91,11 @@ class RadarRuntime(SensorRuntime[RadarConfig]):
 
     def measure(self, tick: Tick) -> Measurement:
         """The detections of the scan whose turn it is."""
-        return self._scanning().measure(tick, self._frames)
+        return self._scanning().measure(self, tick, self._frames)
 
     def cube(self, tick: Tick, number: int = 0, cycle: int = 0) -> Cube:
         """What a scan receives in one of its cycles, in cells, before it is detected."""
-        return self._scanning().cube(tick, number, cycle)
+        return self._scanning().cube(tick, self.pose(tick.poses), number, cycle)
 
     def _scanning(self) -> Scans:
         if self._scans is None:

@@ -21,7 +21,7 @@ from sensors.raycast.shared import cast_world, surface_materials
 from sensors.raycast.standing import excluded
 from sensors.raycast.windows import RayGrid
 from sensors.raycast.world import CastWorld
-from sensors.runtime import Measurement, Model
+from sensors.runtime import Measurement
 
 from .antenna import Antenna
 from .config import ScanConfig
@@ -35,6 +35,8 @@ from .sight import Steps
 from .tracing import Tracer
 
 if TYPE_CHECKING:
+    from graph.sim.state.prim_poses import PrimPoses
+
     from .runtime import RadarRuntime
 
 
@@ -88,28 +90,30 @@ class _Fan:
             self.memory.forget()
 
 
-class Scans(Model["RadarRuntime"]):
+class Scans:
     """The scans of one radar as it is configured now: their rays, and what these brought back while nothing moved.
 
     sampling: how many rays; None for the knob's.
     """
 
     def __init__(self, radar: RadarRuntime, sampling: Sampling | None = None) -> None:
-        super().__init__(radar)
-        self._sampling = sampling or Sampling(self._app.fidelity.radar_rays)
+        self._path, self._exclude, self._bounces = radar.path, radar.exclude, radar.bounces
+        self._sampling = sampling or Sampling(radar.scene.fidelity.radar_rays)
         self._config = config = radar.config
         self._custom = custom_frame(config.output_frame_of_reference, config.custom_frame_of_reference_trafo)
         self._fans: dict[int, _Fan] = {}
 
-    def measure(self, tick: Tick, frame: int) -> Measurement:
+    def measure(self, radar: RadarRuntime, tick: Tick, frame: int) -> Measurement:
         """The detections of the scan whose turn it is in a frame of this number."""
         cycle, number = divmod(frame, len(self._config.scans))
         scan = self._config.scans[number]
         facts = {"sensorID": 0, "scanIdx": number, "cycleCnt": cycle, **limits(Grid.of(scan, cycle))}
-        if not self._sensor.channels():
+        wanted = radar.channels()
+        if not wanted:
             return Measurement({}, 0, facts=facts)
-        cube = self.cube(tick, number, cycle)
-        noise = Noise(self._app.seed, self._path, frame)
+        pose = radar.pose(tick.poses)
+        cube = self.cube(tick, pose, number, cycle)
+        noise = Noise(tick.scene.seed, self._path, frame)
         found = detections(
             as_chirps_give(cube) if scan.waveform else cube,
             scan,
@@ -119,20 +123,20 @@ class Scans(Model["RadarRuntime"]):
             peaks=scan.waveform,
         )
         if len(found.rcs) == MOST_DETECTIONS:
-            self._app.warn(
+            tick.scene.warn(
                 "radar-frame-full",
                 self._path,
                 f"a frame holds the {MOST_DETECTIONS:,} strongest detections, the others are lost; raise cfarOffset, "
                 "cfarMinVal or the first of rcsTuningCoefficients",
             )
-        return Measurement(self._arrays(found, scan, tick), len(found.rcs), facts=facts)
+        return Measurement(self._arrays(found, scan, wanted, pose), len(found.rcs), facts=facts)
 
-    def cube(self, tick: Tick, number: int, cycle: int) -> Cube:
-        """What a scan receives in one of its cycles, in cells, before it is detected."""
+    def cube(self, tick: Tick, pose: np.ndarray, number: int, cycle: int) -> Cube:
+        """What a scan receives from a pose in one of its cycles, in cells, before it is detected."""
         scan = self._config.scans[number]
         grid = Grid.of(scan, cycle)
-        setting, fan = self._setting(tick, scan), self._fan(number)
-        standing = self._standing(setting)
+        setting, fan = self._setting(tick, pose, scan), self._fan(number)
+        standing = self._standing(tick.scene.fabric, setting)
         if standing is None or standing != fan.standing or len(fan.cubes) >= KEPT_CUBES:
             fan.standing = standing
             fan.cubes.clear()
@@ -162,44 +166,44 @@ class Scans(Model["RadarRuntime"]):
             beams.append(tracer.beam(first, bundle, skip=np.zeros_like(small), owner=owner))
         return merged(grid, tracer.parts(fan.rays.tubes, beams))
 
-    def _standing(self, setting: Setting) -> tuple[Any, ...] | None:
+    def _standing(self, fabric: PrimPoses, setting: Setting) -> tuple[Any, ...] | None:
         """What decides what comes back: equal where nothing moved; None where surfaces deform."""
-        world, app = setting.world, self._app
+        world = setting.world
         if world.soft:
             return None
-        carrier = app.fabric.body_of(self._path)
+        carrier = fabric.body_of(self._path)
         bodies = (*world.bodies, carrier) if carrier else world.bodies
-        twists = np.array((setting.poses or app.fabric.capture()).velocities(bodies)) if bodies else np.zeros(0)
+        twists = np.array((setting.poses or fabric.capture()).velocities(bodies)) if bodies else np.zeros(0)
         return world, self._exclude, *(each.tobytes() for each in (setting.pose, setting.bodies, twists))
 
     def _antenna(self, scan: ScanConfig) -> Antenna:
         falls = self._config.antenna_gain_mode != "CONSTANT"
         return Antenna(scan.wavelength, scan.power_factor, falls, scan.pattern("tx"), scan.pattern("rx"))
 
-    def _setting(self, tick: Tick, scan: ScanConfig) -> Setting:
-        app = self._app
-        world = cast_world(app).facets
+    def _setting(self, tick: Tick, pose: np.ndarray, scan: ScanConfig) -> Setting:
+        whole = cast_world(tick.scene)
+        world = whole.facets
         bodies = world.body_poses(tick.poses)
         key = f"scenery {scan.wavelength}"
         if key not in world.cache:
-            world.cache[key] = Scenery(world, surface_materials(app), scan.wavelength)
+            world.cache[key] = Scenery(world, surface_materials(whole), scan.wavelength)
         return Setting(
             world=world,
             scenery=world.cache[key],
             bodies=np.zeros((0, 4, 4)) if bodies is None else bodies,
-            twists=self._twists(world, tick.poses),
+            twists=self._twists(tick, world, pose[:3, 3]),
             antenna=self._antenna(scan),
             reach=scan.max_range_m,
-            bounces=self._sensor.bounces,
-            pose=self._sensor.pose(tick.poses),
+            bounces=self._bounces,
+            pose=pose,
             poses=tick.poses,
             exclude=self._exclude,
         )
 
-    def _twists(self, world: CastWorld, poses: Any) -> Twists:
-        app, place = self._app, self._sensor.pose(poses)[:3, 3]
-        carrier, state = app.fabric.body_of(self._path), poses or app.fabric.capture()
-        bodies = twists_at(app, (*world.bodies, *((carrier,) if carrier else ())), place, state).T.astype(np.float64)
+    def _twists(self, tick: Tick, world: CastWorld, place: np.ndarray) -> Twists:
+        fabric = tick.scene.fabric
+        carrier, state = fabric.body_of(self._path), tick.poses or fabric.capture()
+        bodies = twists_at(fabric, (*world.bodies, *((carrier,) if carrier else ())), place, state).T.astype(np.float64)
         return Twists.of(bodies[: len(world.bodies)], bodies[-1] if carrier else None)
 
     def _fan(self, number: int) -> _Fan:
@@ -232,9 +236,11 @@ class Scans(Model["RadarRuntime"]):
             small[owner] = True
         return owner, small
 
-    def _arrays(self, found: Detections, scan: ScanConfig, tick: Tick) -> dict[str, np.ndarray]:
-        """The requested channels."""
-        wanted, count = self._sensor.channels(), len(found.rcs)
+    def _arrays(
+        self, found: Detections, scan: ScanConfig, wanted: frozenset[str], pose: np.ndarray
+    ) -> dict[str, np.ndarray]:
+        """The requested channels, from a pose."""
+        count = len(found.rcs)
         azimuth = np.rad2deg(found.azimuth).astype(np.float32)
         elevation = np.rad2deg(found.elevation).astype(np.float32)
         distance = found.range_m.astype(np.float32)
@@ -248,7 +254,7 @@ class Scans(Model["RadarRuntime"]):
             "rv_ms": found.velocity.astype(np.float32),
             "bounces": found.bounces,
         }
-        turned = self._to_output(tick)
+        turned = pose if self._config.output_frame_of_reference == "WORLD" else self._custom
         if "xyz" in wanted or turned is not None:
             points = cartesian(azimuth, elevation, distance)
             if turned is not None:
@@ -256,12 +262,6 @@ class Scans(Model["RadarRuntime"]):
                 arrays |= dict(zip(("azimuth", "elevation", "distance"), spherical(points), strict=True))
             arrays["xyz"] = points
         return {name: array for name, array in arrays.items() if name in wanted}
-
-    def _to_output(self, tick: Tick) -> np.ndarray | None:
-        """(4, 4) from the sensor frame to the one given out; None where that is it."""
-        if self._config.output_frame_of_reference == "WORLD":
-            return self._sensor.pose(tick.poses)
-        return self._custom
 
 
 def _boxes(world: CastWorld, exclude: frozenset[str]) -> np.ndarray:

@@ -20,7 +20,7 @@ from .prim import read_config
 if TYPE_CHECKING:
     from pxr import Usd
 
-    from graph.sim.app import App
+    from graph.sim.renderer.view import WorldView
 
     from .runtime import RadarRuntime
 
@@ -28,22 +28,22 @@ CHANNEL_NAMES = ("xyz", "azimuth", "elevation", "distance", "scalar", "timeOffse
 BOUNCES = Channel("bounces", np.dtype("u1"), doc="faces that the wave met on its way, from 1; 0: a false alarm; ours")
 
 
-def _runtime(app: App, prim_path: str, resolution: tuple[int, int]) -> RadarRuntime:
+def _runtime(scene: WorldView, prim_path: str, resolution: tuple[int, int]) -> RadarRuntime:
     from .runtime import RadarRuntime
 
-    return RadarRuntime(app, prim_path, resolution)
+    return RadarRuntime(scene, prim_path, resolution)
 
 
 def _check(prim: Usd.Prim) -> Iterator[str]:
     return reading_problems(prim, read_config, read_tick_rate)
 
 
-def _facts(app: App, prim: Usd.Prim) -> dict[str, Any]:
+def _facts(scene: WorldView, prim: Usd.Prim) -> dict[str, Any]:
     config = read_config(prim)
     scans = [
         {
             "name": scan.name,
-            "rays": int(np.prod(scan.grid(app.fidelity.radar_rays))),
+            "rays": int(np.prod(scan.grid(scene.fidelity.radar_rays))),
             "range_cells": scan.ranges().count,
             "velocity_cells": [scan.velocities(limit).count for limit in scan.cycles],
             "azimuth_cells": scan.azimuths().count,
@@ -54,9 +54,9 @@ def _facts(app: App, prim: Usd.Prim) -> dict[str, Any]:
     return {"tick_rate_hz": read_tick_rate(prim), "cfar": config.cfar_mode, "scans": scans}
 
 
-def _blind(app: App, prim: Usd.Prim) -> str:
+def _blind(scene: WorldView, prim: Usd.Prim) -> str:
     """Says that the knob radar.rays gives a scan fewer rays than its attribute asks for."""
-    rays = app.fidelity.radar_rays
+    rays = scene.fidelity.radar_rays
     for scan in read_config(prim).scans:
         across, _ = scan.grid(rays)
         dense = across / (2.0 * scan.max_az_ang_deg)

@@ -1,8 +1,7 @@
-"""One cast world for each App: all its sensors share the scenes."""
+"""One cast world for each world: all its sensors share the scenes."""
 
 from __future__ import annotations
 
-import weakref
 from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -20,31 +19,30 @@ from sensors.surfaces.semantics import Labels, numbered, surface_label
 from .world import CastWorld, bodies_of, soft_prim
 
 if TYPE_CHECKING:
-    from graph.sim.app import App
     from graph.sim.geometry.collect import Mesh
+    from graph.sim.renderer.view import WorldView
 
-_worlds: weakref.WeakKeyDictionary[App, tuple[Any, CastWorld]] = weakref.WeakKeyDictionary()
 
-
-def cast_world(app: App) -> CastWorld:
-    """The cast world of an App's geometry; a new one after the geometry was collected again (at play).
+def cast_world(scene: WorldView) -> CastWorld:
+    """The cast world of a scene's geometry; a new one after the geometry was collected again (at play).
 
     Its surfaces are sorted by path, so the order of prims in a file changes no byte of a cloud.
     """
-    geometry = app.geometry()
-    known = _worlds.get(app)
-    soft = frozenset(app.physics.deformable_paths if app.physics is not None else ())
-    if known is not None and known[0] is geometry and known[1].soft == soft:
-        return known[1]
-    surfaces = sorted(geometry, key=lambda surface: surface.path)
-    bodies = bodies_of(surfaces)
-    weak = weakref.ref(app)  # the world's data must not keep its App alive
+    known: CastWorld | None = scene.derived.get("cast world")
+    if known is None:
+        known = scene.derived["cast world"] = _cast_world(scene)
+    return known
 
+
+def _cast_world(scene: WorldView) -> CastWorld:
+    surfaces = sorted(scene.geometry(), key=lambda surface: surface.path)
+    bodies = bodies_of(surfaces)
+    fabric, physics, settings = scene.fabric, scene.physics, scene.settings
+    soft = frozenset(physics.deformable_paths if physics is not None else ())
     latest: tuple[Any, np.ndarray] | None = None
 
     def poses(snapshot: Any) -> np.ndarray:
         nonlocal latest
-        fabric = present_app(weak).fabric
         state = snapshot or fabric.capture()
         if latest is None or latest[0] is not state:  # many sensors look at one state
             latest = state, np.asarray(fabric.rigid_matrices(bodies, state))
@@ -53,32 +51,26 @@ def cast_world(app: App) -> CastWorld:
     followers: dict[str, Following] = {}
 
     def points(mesh: Mesh, snapshot: Any) -> np.ndarray:
-        app, prim = present_app(weak), soft_prim(mesh, soft) or mesh.source
-        now = (snapshot or app.fabric.capture()).points(prim)
-        if now is None or app.physics is None:
-            return mesh.vertices
-        return follower(app, mesh, prim).vertices(now)
+        prim = soft_prim(mesh, soft) or mesh.source
+        now = (snapshot or fabric.capture()).points(prim)
+        return mesh.vertices if now is None else follower(mesh, prim).vertices(now)
 
     def velocities(mesh: Mesh, snapshot: Any) -> np.ndarray:
-        app, prim = present_app(weak), soft_prim(mesh, soft) or mesh.source
-        now = (snapshot or app.fabric.capture()).point_velocities(prim)
-        if now is None or app.physics is None:
-            return np.zeros_like(mesh.vertices)
-        return follower(app, mesh, prim).velocities(now)
+        prim = soft_prim(mesh, soft) or mesh.source
+        now = (snapshot or fabric.capture()).point_velocities(prim)
+        return np.zeros_like(mesh.vertices) if now is None else follower(mesh, prim).velocities(now)
 
-    def follower(app: App, mesh: Mesh, prim: str) -> Following:
+    def follower(mesh: Mesh, prim: str) -> Following:
         if mesh.path not in followers:
-            assert app.physics is not None
-            followers[mesh.path] = Following(mesh.vertices, app.physics.deformable_start(prim))
+            assert physics is not None
+            followers[mesh.path] = Following(mesh.vertices, physics.deformable_start(prim))
         return followers[mesh.path]
 
     def threads() -> int:
-        return int(present_app(weak).settings.get(RAY_THREADS))
+        return int(settings.get(RAY_THREADS))
 
-    world = _world_on(app.fidelity.device)(surfaces, poses, threads, soft, points, velocities)
-    if app not in _worlds:
-        app.on("close", lambda: _worlds.pop(app, None))
-    _worlds[app] = (geometry, world)
+    world = _world_on(scene.fidelity.device)(surfaces, poses, threads, soft, points, velocities)
+    world.stage, world.settings = scene.stage, settings
     return world
 
 
@@ -90,36 +82,26 @@ def _world_on(device: str) -> Callable[..., CastWorld]:
     return partial(DeviceWorld.on, device)
 
 
-def present_app(weak: weakref.ref[App]) -> App:
-    """The App of a sensor or cast world that renders. Both belong to their App and refer to it weakly."""
-    app = weak()
-    assert app is not None, "what an App renders with outlives it only unused"
-    return app
-
-
-def surface_materials(app: App) -> np.ndarray:
-    """The encoded non-visual material of every surface of the App's cast world, (n,) uint32."""
-    world = cast_world(app)
+def surface_materials(world: CastWorld) -> np.ndarray:
+    """The encoded non-visual material of every surface, (n,) uint32."""
     found: np.ndarray | None = world.cache.get("materials")
     if found is None:
-        prefix = str(app.settings.get(PREFIX_SETTING) or PREFIX)
-        numbers = [material_of(app.stage, surface.material, prefix) for surface in world.surfaces]
+        prefix = str(world.settings.get(PREFIX_SETTING) or PREFIX)
+        numbers = [material_of(world.stage, surface.material, prefix) for surface in world.surfaces]
         found = world.cache["materials"] = np.array(numbers, np.uint32)
     return found
 
 
-def surface_optics(app: App) -> Optics:
-    """The optical properties of every surface of the App's cast world."""
-    world = cast_world(app)
+def surface_optics(world: CastWorld) -> Optics:
+    """The optical properties of every surface."""
     found: Optics | None = world.cache.get("optics")
     if found is None:
-        found = world.cache["optics"] = optics_of(surface_materials(app))
+        found = world.cache["optics"] = optics_of(surface_materials(world))
     return found
 
 
-def surface_ids(app: App) -> np.ndarray:
-    """The 128-bit id of every surface of the App's cast world, (n, 16) uint8, little-endian."""
-    world = cast_world(app)
+def surface_ids(world: CastWorld) -> np.ndarray:
+    """The 128-bit id of every surface, (n, 16) uint8, little-endian."""
     found: np.ndarray | None = world.cache.get("ids")
     if found is None:
         data = b"".join(stable_id(surface.path) for surface in world.surfaces)
@@ -127,40 +109,37 @@ def surface_ids(app: App) -> np.ndarray:
     return found
 
 
-def surface_id_map(app: App) -> dict[int, str]:
-    """128-bit id -> path of every surface of the App's cast world; prims come first (`sensors.surfaces.ids`)."""
-    world = cast_world(app)
+def surface_id_map(world: CastWorld) -> dict[int, str]:
+    """128-bit id -> path of every surface; prims come first (`sensors.surfaces.ids`)."""
     found: dict[int, str] | None = world.cache.get("id map")
     if found is None:
         found = world.cache["id map"] = stable_id_map(surface.path for surface in world.surfaces)
     return found
 
 
-def packed_id_map(app: App) -> np.ndarray:
+def packed_id_map(world: CastWorld) -> np.ndarray:
     """The same as a StableIdMap buffer, (size,) uint8, read-only, shared by all frames."""
-    world = cast_world(app)
     found: np.ndarray | None = world.cache.get("packed id map")
     if found is None:
-        extended = app.settings.get(ID_MAP_EXTENSION)  # an entry of graph.sim.parity
-        entries = {number: path for number, path in surface_id_map(app).items() if extended or has_prim(path)}
+        extended = world.settings.get(ID_MAP_EXTENSION)  # an entry of graph.sim.parity
+        entries = {number: path for number, path in surface_id_map(world).items() if extended or has_prim(path)}
         found = world.cache["packed id map"] = pack_stable_id_map(entries)
         found.setflags(write=False)
     return found
 
 
-def surface_classes(app: App) -> np.ndarray:
-    """The number of the semantic class of every surface of the App's cast world, (n,) uint32; see `surface_labels`."""
-    return _classes(app)[0]
+def surface_classes(world: CastWorld) -> np.ndarray:
+    """The number of the semantic class of every surface, (n,) uint32; see `surface_labels`."""
+    return _classes(world)[0]
 
 
-def surface_labels(app: App) -> dict[int, Labels]:
+def surface_labels(world: CastWorld) -> dict[int, Labels]:
     """The labels of the semantic class numbers: 0 no hit, 1 no label, then the existing labels."""
-    return dict(_classes(app)[1])
+    return dict(_classes(world)[1])
 
 
-def _classes(app: App) -> tuple[np.ndarray, dict[int, Labels]]:
-    world = cast_world(app)
+def _classes(world: CastWorld) -> tuple[np.ndarray, dict[int, Labels]]:
     found: tuple[np.ndarray, dict[int, Labels]] | None = world.cache.get("classes")
     if found is None:
-        found = world.cache["classes"] = numbered([surface_label(app.stage, surface) for surface in world.surfaces])
+        found = world.cache["classes"] = numbered([surface_label(world.stage, surface) for surface in world.surfaces])
     return found

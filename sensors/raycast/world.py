@@ -49,6 +49,10 @@ class CastWorld:
 
     device: Any = None
     """Where rays are cast (`devices.device_of`); None: on the processor."""
+    stage: Any = None
+    """Where the materials and labels of its surfaces are read."""
+    settings: Any = None
+    """How they are read, by `shared`."""
 
     def __init__(
         self,

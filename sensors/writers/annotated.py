@@ -9,7 +9,6 @@ from sensors.annotators.annotator import Annotator
 from sensors.annotators.registry import find_annotator
 
 if TYPE_CHECKING:
-    from graph.sim.app import App
     from graph.sim.renderer.products import RenderProduct
     from sensors.frame import Frame
 
@@ -40,7 +39,7 @@ class AnnotatedWriter:
         """Receives the annotators' data of a new frame."""
         raise NotImplementedError(f"{type(self).__name__} has no method write(data)")
 
-    def attach_to(self, app: App, product: RenderProduct) -> None:
+    def attach_to(self, product: RenderProduct) -> None:
         """Attaches the annotators to a product.
 
         Raises SensorValueError if one cannot read it; then none is attached.
@@ -48,7 +47,7 @@ class AnnotatedWriter:
         self._product, self._attached = product, []
         try:
             for one in self.annotators:
-                annotator = Annotator(find_annotator(one), app=app) if isinstance(one, str) else one
+                annotator = Annotator(find_annotator(one)) if isinstance(one, str) else one
                 self._attached = [*self._attached, annotator.attach(product)]
         except BaseException:
             self.release()

@@ -19,7 +19,6 @@ from sensors.annotators.registry import find_annotator
 from .annotated import AnnotatedWriter
 
 if TYPE_CHECKING:
-    from graph.sim.app import App
     from graph.sim.renderer.products import RenderProduct
 
 IMAGES = ("rgb", "normals")
@@ -69,16 +68,16 @@ class BasicWriter(AnnotatedWriter):
         self._options = {name: {"colorize": bool(chosen[f"colorize_{name}"])} for name in SEGMENTATIONS}
         self._options["pointcloud"] = {"includeUnlabelled": bool(include_unlabelled)}
 
-    def attach_to(self, app: App, product: RenderProduct) -> None:
+    def attach_to(self, product: RenderProduct) -> None:
         """Attaches the annotators to a camera's product. Raises SensorValueError for another sensor."""
         made = []
         for name in self._wanted:
             kind = find_annotator(name)
             options = {**self._options.get(name, {}), **self._filters}
             mine = {option: value for option, value in options.items() if option in kind.options}
-            made.append(Annotator(kind, app=app, copies=False).initialize(**mine))
+            made.append(Annotator(kind, copies=False).initialize(**mine))
         self.annotators = made
-        super().attach_to(app, product)
+        super().attach_to(product)
 
     def write(self, data: Mapping[str, Any]) -> None:
         """Writes the files of a frame."""

@@ -44,7 +44,7 @@ class Previews:
     def __init__(self, app: App, folder: Path, rate: Fraction) -> None:
         self.files: list[Path] = []
         """What was written, in order."""
-        self._app, self._folder, self._period = app, folder, 1 / rate
+        self._products, self._folder, self._period = app.rendering.products, folder, 1 / rate
         self._followed: dict[str, RenderProduct] = {}
         self._series: dict[str, _Series] = {}
         self._ends: list[Callable[[], None]] = [app.on("render", self._follow_new, BEFORE_RENDERING)]
@@ -55,7 +55,7 @@ class Previews:
             self._ends.pop()()
 
     def _follow_new(self) -> None:
-        for product in self._app.rendering.products.values():
+        for product in self._products.values():
             if self._followed.get(product.path) is not product and product.camera_path:
                 self._followed[product.path] = product
                 self._follow(product)
@@ -77,7 +77,7 @@ class Previews:
             write_png(series.picture(frame), file, "preview", "an output folder")
             self.files.append(file)
 
-        self._ends.append(on_frame(product, draw, channels=(channel,), app=self._app))
+        self._ends.append(on_frame(product, draw, channels=(channel,)))
 
     def _remove_earlier(self) -> None:
         for file in self._folder.glob("*_[0-9][0-9][0-9][0-9][0-9][0-9].png"):

@@ -79,7 +79,7 @@ class AttachedWriter:
         self.spec = spec
         self.options = dict(spec.defaults)
         self.writer: Writer | None = None
-        self._app = app
+        self._scene = None if app is None else app.world
         self._product: RenderProduct | None = None
         self._owner = Consumer(f"writer {name}")
 
@@ -100,7 +100,7 @@ class AttachedWriter:
 
         Raises SensorValueError for wrong arguments, a product that does not exist, and if it is already attached.
         """
-        app, product = only_product(products, self._app, f"writer {self.name}")
+        _, product = only_product(products, self._scene, f"writer {self.name}")
         if self._product is not None:
             raise SensorValueError(f"writer {self.name} is attached to {self._product.path} already; detach it first")
         try:
@@ -112,7 +112,7 @@ class AttachedWriter:
         product.sensor.require(self._owner, self.spec.channels)
         if isinstance(writer, AnnotatedWriter):
             try:
-                writer.attach_to(app, product)
+                writer.attach_to(product)
             except BaseException:
                 product.sensor.release(self._owner)
                 raise

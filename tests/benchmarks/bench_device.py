@@ -176,7 +176,7 @@ def yard_memory(device: Any, worlds: int) -> Iterator[Row]:
     wp = warp()
     with App.from_file(GRAPHS / "yard.yaml") as app:
         app.play()
-        world, engine = cast_world(app), app.physics
+        world, engine = cast_world(app.world), app.physics
         assert engine is not None
         gc.collect()
         wp.synchronize_device(device)
@@ -186,7 +186,7 @@ def yard_memory(device: Any, worlds: int) -> Iterator[Row]:
         owners = np.array([number.get(str(one.body), -1) for one in world.surfaces])
         geometry = Geometry(device, world.surfaces, owners, np.zeros(3), formulas=True, worlds=worlds)
         config = lidar(16, 360)
-        scan = DeviceScan(geometry, firing_pattern(config), config, surface_optics(app), owners, 0)
+        scan = DeviceScan(geometry, firing_pattern(config), config, surface_optics(cast_world(app.world)), owners, 0)
         bodies = geometry.place(np.tile(np.eye(4), (worlds, len(number), 1, 1)))
         speeds = [wp.zeros((worlds, len(number)), dtype=wp.vec3d, device=device) for _ in range(2)]
         for _ in range(3):

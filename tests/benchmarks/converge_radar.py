@@ -96,10 +96,10 @@ def playing(scene: str) -> tuple[App, RadarRuntime, Tick]:
 
 def seen(sensor: RadarRuntime, tick: Tick, sampling: Sampling) -> Seen:
     """What a sampling brings."""
-    scan, scans = sensor.config.scans[0], Scans(sensor, sampling)
-    antenna, cube = Antenna(scan.wavelength, scan.power_factor), scans.cube(tick, 0, 0)
+    scan, scans, pose = sensor.config.scans[0], Scans(sensor, sampling), sensor.pose(tick.poses)
+    antenna, cube = Antenna(scan.wavelength, scan.power_factor), scans.cube(tick, pose, 0, 0)
     begin = time.process_time()
-    scans.cube(tick, 0, 1)  # with other velocities, so that it is not kept
+    scans.cube(tick, pose, 0, 1)  # with other velocities, so that it is not kept
     seconds = time.process_time() - begin
     return Seen(cube, detections(cube, scan, antenna, Noise(0, sensor.path, 0), four=False), seconds)
 

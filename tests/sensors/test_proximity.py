@@ -47,7 +47,7 @@ def test_a_ball_is_inside_from_its_first_step_within_the_box_to_its_last():
     """
     told = []
     inside, enter, leave = (
-        lambda one, what=what: told.append((what, one.app.simulation.get_num_physics_steps(), one.entered, one.exited))
+        lambda one, what=what: told.append((what, one.scene.times.clock.count, one.entered, one.exited))
         for what in ("inside", "enter", "exit")
     )
     with playing(ZONE + ball("Ball", -2.005, 1)) as app:

@@ -300,7 +300,7 @@ def test_the_functions_are_in_the_package_too(app):
 
 def test_mistakes_are_one_line_each(app):
     product = rep.create_render_product("/World/Lidar")
-    blank = place_product(app, "/Render/Blank", "", (4, 4))
+    blank = place_product(app.world, "/Render/Blank", "", (4, 4))
     for act, message in (
         (lambda: rep.get_annotator("IsaacCreateRTXLidarScanBufer"), f'did you mean "{SCAN_BUFFER}"'),
         (lambda: rep.get_annotator(SCAN_BUFFER).initialize(outputTimestmp=True), 'did you mean "outputTimestamp"'),

@@ -48,9 +48,10 @@ def received(prims: Mapping[str, Any], attributes: Mapping[str, Any] = {}, **opt
 
     By the radar equation with gain 1, before the detector and the tuning of its cross sections.
     """
-    with radar_world(prims, attributes, **options) as (_, product):
-        runtime = product.sensor
-        cube = runtime.cube(Tick(1, Fraction(60), Fraction(0)))
+    with radar_world(prims, attributes, **options) as (app, product):
+        runtime, tick = product.sensor, Tick(1, Fraction(60), Fraction(0))
+        tick.scene = app.world
+        cube = runtime.cube(tick)
         wavelength = runtime.config.wavelength
         sections = cube.power * (4 * math.pi) ** 3 * cube.values[0] ** 4 / wavelength**2
         order = np.argsort(-sections)

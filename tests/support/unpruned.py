@@ -81,7 +81,7 @@ def compute_everything(app):
         app = weak()
         warn, app.world.warn = app.world.warn, ignore_warning
         try:
-            cast_world(app).static_scene(np.zeros(3), frozenset())
+            cast_world(app.world).static_scene(np.zeros(3), frozenset())
         except UserError:
             pass  # a sensor that casts rays at it refuses it
         finally:

@@ -64,7 +64,7 @@ def set_active_viewport_camera(db: Database) -> bool:
     if viewport.camera != path:
         viewport.camera = path
         if viewport.path in app.rendering.products:
-            place_product(app, viewport.path, path, viewport.size)
+            place_product(app.world, viewport.path, path, viewport.size)
     db.fire("execOut")
     return True
 

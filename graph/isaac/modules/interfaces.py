@@ -108,7 +108,7 @@ class _Query:
         way = np.asarray([*direction], float).reshape(1, 3)
         way = way / np.linalg.norm(way)
         start = np.asarray([*origin], float).reshape(1, 3)
-        world = cast_world(app())
+        world = cast_world(app().world)
         hits = cast_ranged(world, start * unit, way, (0.0, float(distance) * unit), normals=True)
         away = float(hits.distance[0]) / unit
         if not np.isfinite(away) or away > distance:

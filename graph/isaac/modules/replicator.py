@@ -61,7 +61,7 @@ class HydraTexture:
         return self.path
 
     def destroy(self) -> None:
-        remove_product(app(), self._product)
+        remove_product(app().world, self._product)
 
     def GetPath(self) -> Any:
         return self.GetPrim().GetPath()

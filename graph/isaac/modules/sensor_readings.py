@@ -180,7 +180,7 @@ class _Followed:
         if not prim:
             return
         try:
-            self.unit = InertialUnit(self._app, self._path, widths_of(prim))
+            self.unit = InertialUnit(self._app.world, self._path, widths_of(prim))
         except RunError as error:
             warn("imu-without-body", self._path, str(error))
 
@@ -294,7 +294,7 @@ def contacts_at(prim: Any) -> tuple[float, list[dict[str, Any]]]:
     A contact: time and dt [s], body0 (the sensor's) and body1, position [stage units], normal, impulse [N s].
     """
     present, path = app(), str(prim.GetPath())
-    body = body_of(present, path)
+    body = body_of(present.world, path)
     if body is None or present.physics is None:
         return 0.0, []
     unit = present.meters_per_unit
@@ -422,7 +422,7 @@ class RaycastSensor(_Authored):
             return RaycastSensorReading()
         if not len(self._rays.directions):
             return RaycastSensorReading()
-        found = self._rays.read(app())
+        found = self._rays.read(app().world)
         arrays = (found.depths, found.positions, found.normals)
         depths, positions, normals = (one.astype(np.float32) for one in arrays)
         origins, ends = found.origins.astype(np.float32), found.ends.astype(np.float32)

@@ -44,6 +44,7 @@ class ProductList:
         """Removes a product; its counts stay in `history`. An unknown path is ignored."""
         product = self.products.pop(path, None)
         if product is not None:
+            product.scene = None
             product.writers.clear()
             self.sort()
 

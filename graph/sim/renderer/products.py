@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from graph.base.suggesting import Suggesting
 
 from .sensor import Sensor, SensorFrame
+
+if TYPE_CHECKING:
+    from .view import WorldView
 
 
 class RenderProduct(Suggesting):
@@ -31,6 +34,8 @@ class RenderProduct(Suggesting):
         """Called with each new frame, in order, before the post-render graphs."""
         self.on_enabled: Callable[[RenderProduct], None] = lambda product: None
         self._enabled, self._lost = True, False
+        self.scene: WorldView | None = None
+        """The world that it belongs to; None before it is added and after it is removed."""
         self.advanced_to = Fraction(0)
         """External time [s] up to which a sensor that wants updates has been advanced."""
         self.capture: Any = None

@@ -12,7 +12,10 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .view import WorldView
 
 NEVER = 2**200
 """A step count or tick index that no run reaches."""
@@ -22,10 +25,12 @@ class Tick:
     """One output of a sensor: the interval it covers and the external time of the update that renders it.
 
     `index` is k on the sensor's grid (0 for a sensor that renders every update); `poses` is the captured state that a
-    frozen sensor uses, None for the current state; `seen` is the external time [s] of that state.
+    frozen sensor uses, None for the current state; `seen` is the external time [s] of that state. `scene` is the world
+    that is measured, given by who renders the tick.
     """
 
-    __slots__ = ("_end", "_start", "index", "poses", "rate", "seen", "time")
+    __slots__ = ("_end", "_start", "index", "poses", "rate", "scene", "seen", "time")
+    scene: WorldView
 
     def __init__(
         self,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from graph.sim.timing.clocks import PhysicsClock, Reading
 
@@ -12,6 +12,9 @@ from .product_list import ProductList
 from .products import RenderProduct
 from .schedule import NEVER, EveryUpdate, Tick, TickSchedule
 from .sensor import SensorFrame
+
+if TYPE_CHECKING:
+    from .view import WorldView
 
 
 class SensorScheduler:
@@ -30,8 +33,10 @@ class SensorScheduler:
         """All products, by path; `add` and `remove` change them."""
         self.new_frames: list[RenderProduct] = []
         """The products that delivered a frame in this update, in the order of their creation."""
-        self.polled: set[str] = set()
-        """The prims of sensors without a product, which are measured when they are read."""
+        self.polled: dict[str, Any] = {}
+        """Sensors without a product, which are measured when they are read, by their prims (`sensors.polled`)."""
+        self.scene: WorldView
+        """What the sensors measure."""
         self.capture_state = capture
         """Takes an immutable snapshot of all poses; None if nothing moves."""
         self.multi_tick = True
@@ -67,6 +72,7 @@ class SensorScheduler:
         product.restart(moment if product.created_at is None else max(moment, product.created_at))
         product.on_enabled = self._enabled_changed
         self._list.add(product)
+        product.scene = self.scene
         self._bind()
         return product
 
@@ -314,9 +320,10 @@ class SensorScheduler:
         start = product.advanced_to
         if time > start:
             product.advanced_to = time
-            product.sensor.advance(start, time, None)
+            product.sensor.advance(start, time, self.scene)
 
     def _deliver(self, product: RenderProduct, tick: Tick) -> None:
+        tick.scene = self.scene
         frame = product.sensor.render(tick)
         if frame is None:
             return
@@ -332,7 +339,7 @@ class SensorScheduler:
         time, pending = self.time, self._pending
         self._pending = []
         for ready, product, frame in pending:
-            if not product.enabled or self.products.get(product.path) is not product:
+            if not product.enabled or product.scene is None:
                 continue
             if ready > time or product in self.new_frames:
                 self._pending.append((ready, product, frame))

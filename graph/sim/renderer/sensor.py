@@ -15,6 +15,8 @@ from .schedule import EveryUpdate, Tick, TickSchedule
 if TYPE_CHECKING:
     import numpy as np
 
+    from .view import WorldView
+
 Schedule = TickSchedule | EveryUpdate
 
 
@@ -116,8 +118,8 @@ class Sensor(Protocol):
     def reset(self) -> None:
         """Drops everything measured so far."""
 
-    def advance(self, start: Fraction, end: Fraction, poses: Any) -> None:
-        """Measures what happens in [start, end) [s] with the state `poses`, for later frames."""
+    def advance(self, start: Fraction, end: Fraction, scene: WorldView) -> None:
+        """Measures what happens in [start, end) [s] with the present state, for later frames."""
 
     def render(self, tick: Tick) -> SensorFrame | None:
         """The frame of a tick, or None if there is nothing to deliver."""

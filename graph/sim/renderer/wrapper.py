@@ -15,6 +15,8 @@ from .sensor import Schedule, Sensor, SensorFrame
 if TYPE_CHECKING:
     import numpy as np
 
+    from .view import WorldView
+
 
 class SensorWrapper:
     """Forwards everything to the wrapped sensor; a subclass overrides some methods."""
@@ -81,8 +83,8 @@ class SensorWrapper:
     def reset(self) -> None:
         self.sensor.reset()
 
-    def advance(self, start: Fraction, end: Fraction, poses: Any) -> None:
-        self.sensor.advance(start, end, poses)
+    def advance(self, start: Fraction, end: Fraction, scene: WorldView) -> None:
+        self.sensor.advance(start, end, scene)
 
     def render(self, tick: Tick) -> SensorFrame | None:
         return self.sensor.render(tick)

@@ -139,11 +139,11 @@ def test_readers_share_one_cast_and_an_edit_counts_from_the_next_update(lidar):
     app = lidar(**QUARTERS)
     app.play()
     app.update()
-    polled = polled_sensor(app, PATH, "Lidar")
+    polled = polled_sensor(app.world, PATH, "Lidar")
     polled.require("me", ("distance",))
     app.update()
     first = polled.read()
-    assert first is polled.read() is polled_sensor(app, PATH, "Lidar").read()
+    assert first is polled.read() is polled_sensor(app.world, PATH, "Lidar").read()
     assert not first.has("xyz")  # nobody asked for it
     app.stage.GetPrimAtPath(PATH).GetAttribute("maxRange").Set(3.0)
     app.update()
@@ -151,4 +151,4 @@ def test_readers_share_one_cast_and_an_edit_counts_from_the_next_update(lidar):
     app.stop()
     app.play()
     app.update()
-    assert polled_sensor(app, PATH, "Lidar") is not polled
+    assert polled_sensor(app.world, PATH, "Lidar") is not polled

@@ -92,7 +92,7 @@ def test_readings_are_averaged_over_the_filter_width(box):
     app = box(height=0.7, widths={"linearAcceleration": 8})
     single = []
     app.play()
-    unit, wide = InertialUnit(app, SENSOR), InertialUnit(app, SENSOR, (8, 1, 1))
+    unit, wide = InertialUnit(app.world, SENSOR), InertialUnit(app.world, SENSOR, (8, 1, 1))
     app.on("physics_post_step", lambda: single.append(unit.reading().acceleration), order=1)
     app.update(15)
     assert np.std([one[2] for one in single]) > 1  # it has hit the ground

@@ -12,7 +12,7 @@ from sensors import SUPPORTED_LIDAR_CONFIGS
 from sensors.configs.catalog import assets, find
 from sensors.lidar.pattern import firing_pattern
 from sensors.lidar.prim import write_config
-from sensors.lidar.returns import Shot
+from sensors.lidar.returns import Shot, Targets
 from sensors.lidar.scan import Scanner
 from sensors.prim import read_tick_rate
 from sensors.products import render_product
@@ -78,10 +78,11 @@ def test_every_combination_casts_a_scan_in_a_room():
             assert np.all(np.diff(pattern.offset_ns) >= 0)
             assert pattern.offset_ns[-1] < 10**9 / config.scan_rate_base_hz
             dropping = replace(config, skip_dropping_invalid_points=False)
-            scanner = Scanner(pattern, lambda: cast_world(app), dropping, optics=lambda: surface_optics(app))
+            scanner, world = Scanner(pattern, dropping), cast_world(app.world)
+            targets = Targets(frozenset({"distance", "emitterId", "xyz"}), world, surface_optics(world))
             rows = slice(0, min(len(pattern), 600))
 
-            got = scanner.scan(Shot(rows, np.eye(4)), frozenset({"distance", "emitterId", "xyz"}))
+            got = scanner.scan(Shot(rows, np.eye(4)), targets)
 
             start = np.zeros((600, 3)) if pattern.origins is None else pattern.origins[rows].astype(np.float64)
             beams = pattern.directions[rows].astype(np.float64)

@@ -30,8 +30,8 @@ def cast(device, make, rays, steps=0, **options):
         make(app.stage)
         app.play()
         app.update(steps=steps)
-        hits = cast_world(app).cast(rays(), normals=True, **options)
-        paths = [cast_world(app).surfaces[n].path if n >= 0 else "" for n in hits.surfaces()]
+        hits = cast_world(app.world).cast(rays(), normals=True, **options)
+        paths = [cast_world(app.world).surfaces[n].path if n >= 0 else "" for n in hits.surfaces()]
         return hits, paths
 
 

@@ -107,7 +107,7 @@ def cloth_on(device):
         found = []
         for _ in range(2):
             app.update(steps=6)
-            found.append(cast_world(app).cast(RayBundle(np.array([0.3, 0.1, 2.0]), lattice()), normals=True))
+            found.append(cast_world(app.world).cast(RayBundle(np.array([0.3, 0.1, 2.0]), lattice()), normals=True))
         return found
 
 
@@ -145,8 +145,8 @@ def test_distance_fields_height_fields_and_ellipsoids_of_models_are_met_alike(de
         with App(mjcf=model, device=name) as app:
             app.play()
             app.update(steps=3)
-            hits = cast_world(app).cast(RayBundle(np.array([0.1, 0.2, 1.0]), lattice()), normals=True)
+            hits = cast_world(app.world).cast(RayBundle(np.array([0.1, 0.2, 1.0]), lattice()), normals=True)
             found.append(hits)
-            met = {cast_world(app).surfaces[n].path for n in hits.surfaces() if n >= 0}
+            met = {cast_world(app.world).surfaces[n].path for n in hits.surfaces() if n >= 0}
             assert len(met) == 4
     same(*found)

@@ -27,7 +27,7 @@ def dark_on(device, light, far):
         app.add_prims({**PRIMS, "/Scene": {"type": "PhysicsScene", "attributes": {"physics:gravityMagnitude": 0.0}}})
         app.play()
         app.update(steps=30)
-        shadows = Shadows(cast_world(app), frozenset())
+        shadows = Shadows(cast_world(app.world), frozenset())
         return x, y, shadows.blocked(np.zeros(3), points, ways, np.arange(len(x)), None, far=far)
 
 

@@ -10,7 +10,7 @@ from graph.sim import App
 from graph.sim.geometry.collect import Mesh
 from sensors.lidar.config import EmitterState
 from sensors.lidar.pattern import firing_pattern
-from sensors.lidar.returns import Shot
+from sensors.lidar.returns import Shot, Targets
 from sensors.lidar.scan import Scanner
 from sensors.motion.trajectory import Trajectory
 from sensors.raycast.triangles import TriangleScene
@@ -324,11 +324,12 @@ def test_a_lidar_whose_mount_trembles_is_cast_at_what_stands_still_twice_and_no_
     monkeypatch.setattr(TriangleScene, "cast", lambda *args, **options: casts.append(1) or cast(*args, **options))
     corners = np.array([[5.0, -9.0, -9.0], [5.0, 9.0, -9.0], [5.0, 0.0, 9.0]])
     world = CastWorld([Mesh("/World/Wall", None, corners, np.array([[0, 1, 2]], np.uint32))])
-    scanner, ranges = Scanner(firing_pattern(stare(TIMES)), lambda: world, stare(TIMES)), []
+    scanner, ranges = Scanner(firing_pattern(stare(TIMES)), stare(TIMES)), []
+    targets = Targets(frozenset({"distance"}), world)
     for angle in 0.3 + 1e-12 * np.arange(5.0):
         pose = np.eye(4)
         pose[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
-        ranges.append(scanner.scan(Shot(slice(0, len(TIMES)), pose), frozenset({"distance"}))["distance"])
+        ranges.append(scanner.scan(Shot(slice(0, len(TIMES)), pose), targets)["distance"])
 
     assert len(casts) == 2
     np.testing.assert_allclose(ranges, 5.0 / np.cos(0.3), rtol=1e-6)

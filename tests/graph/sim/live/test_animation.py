@@ -36,7 +36,7 @@ def stage_with_a_mover(**more):
 def distance(app, origin, direction):
     rays = np.zeros((1, 6), np.float32)
     rays[0, 3:] = direction
-    return float(cast_world(app).cast(RayBundle(np.array(origin, float), rays)).distance[0])
+    return float(cast_world(app.world).cast(RayBundle(np.array(origin, float), rays)).distance[0])
 
 
 @pytest.mark.parametrize("fabric", ["on", "off"])

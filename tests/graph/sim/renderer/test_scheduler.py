@@ -21,6 +21,7 @@ class World:
         self.updates = 0
         self.captures = []
         self.rendering = SensorScheduler(self.clock, self.capture, lambda: Fraction(self.updates, 60))
+        self.rendering.scene = self
 
     def capture(self):
         self.captures.append(self.clock.count)
