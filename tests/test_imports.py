@@ -169,6 +169,25 @@ def test_nothing_inside_imports_the_face():
     assert wrong == []
 
 
+def test_sensors_name_an_app_for_its_type_alone():
+    """They see a `WorldView`; only the check of a device and many worlds on it open Apps of their own."""
+    wrong = [
+        f"{path.relative_to(ROOT)}:{line}"
+        for name, path in MODULES.items()
+        if name.startswith("sensors.") and name not in ("sensors.device.check", "sensors.device.worlds")
+        for target, line in imports_of(name, path)
+        if target in ("graph.sim", "graph.sim.app", "graph.isaac.managers.app") and names_app(path, line)
+    ]
+    assert wrong == []
+
+
+def names_app(path, line):
+    """Whether the import in a line brings the class App."""
+    tree = ast.parse(path.read_text(encoding="utf8"))
+    imports = (node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.lineno == line)
+    return any(alias.name == "App" for node in imports for alias in node.names)
+
+
 def test_no_module_imports_itself_in_a_circle():
     modules = networkx.DiGraph()
     for name, path in MODULES.items():

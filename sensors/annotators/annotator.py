@@ -165,12 +165,13 @@ def only_product(products: Product, scene: WorldView | None, name: str) -> tuple
         raise SensorValueError(f"{name}: attach it to one render product, not {len(listed)}")
     [given] = listed
     path = str(getattr(given, "path", given))
-    if scene is None:
-        scene = given.scene if isinstance(given, RenderProduct) else entered.current().world
-    product = None if scene is None else scene.rendering.products.get(path)
-    if scene is None or product is None or (isinstance(given, RenderProduct) and given is not product):
+    if isinstance(given, RenderProduct):
+        product: RenderProduct | None = given
+    else:
+        product = (scene or entered.current().world).rendering.products.get(path)
+    if product is None or product.scene is None or scene not in (None, product.scene):
         raise SensorValueError(f"{name}: there is no render product {path}; make one with create_render_product")
-    return scene, product
+    return product.scene, product
 
 
 def split_data(found: Any) -> tuple[Any, Mapping[str, Any]]:

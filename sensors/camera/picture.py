@@ -97,7 +97,7 @@ class Pictures:
         if "camera light images" not in world.cache:
             world.cache["camera light images"] = LightImages(_files(scene, world))
         lighting = read_lighting(
-            _light_inputs(app, world),
+            _light_inputs(scene, world),
             world.cache["camera light images"],
             lambda path: scene.fabric.world_matrix(path, state),
             scene.meters_per_unit,
