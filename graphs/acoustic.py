@@ -8,7 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from graph.sim import App
-from sensors import Acoustic, AcousticSensor, parse_generic_model_output_data
+from sensors import parse_generic_model_output_data
+from wings.acoustic import Acoustic, AcousticSensor
 
 PREFIX = "omni:sensor:WpmAcoustic:"
 SPEED_OF_SOUND = 343.0

@@ -377,12 +377,6 @@ TYPES: Mapping[str, tuple[str, ...]] = {
     "lidar.extract": ("isaacsim.sensors.rtx.nodes.OgnIsaacExtractRTXSensorPointCloud",),
     "lidar.flat_scan": ("isaacsim.sensors.rtx.IsaacComputeRTXLidarFlatScan",),
     "lidar.scan_buffer": ("isaacsim.sensors.rtx.IsaacCreateRTXLidarScanBuffer",),
-    "physx.debug_draw": ("isaacsim.util.debug_draw.DebugDrawRayCast",),
-    "physx.lidar": (
-        "isaacsim.sensors.physx.IsaacReadLidarBeams",
-        "isaacsim.sensors.physx.IsaacReadLidarPointCloud",
-    ),
-    "physx.light_beam": ("isaacsim.sensors.physx.IsaacReadLightBeam",),
     "replicator.indices": (
         "isaacsim.replicator.domain_randomization.OgnCountIndices",
         "isaacsim.replicator.domain_randomization.OgnIntervalFiltering",

@@ -16,9 +16,6 @@ except ModuleNotFoundError as _error:
 
 
 if TYPE_CHECKING:
-    from .acoustic.authoring import SUPPORTED_ACOUSTIC_CONFIGS, Acoustic
-    from .acoustic.config import AcousticConfig
-    from .acoustic.sensor import AcousticSensor
     from .annotators.specs import register_annotator_spec, unregister_annotator_spec
     from .annotators.types import AnnotatorType
     from .authoring import bind_material, exclude
@@ -62,9 +59,6 @@ if TYPE_CHECKING:
     SUPPORTED_LIDAR_CONFIGS: dict[str, list[Any]]
 
 _HOMES = {
-    "Acoustic": "acoustic.authoring",
-    "AcousticConfig": "acoustic.config",
-    "AcousticSensor": "acoustic.sensor",
     "AnnotatorType": "annotators.types",
     "AuxType": "gmo",
     "CameraSensor": "camera.sensor",
@@ -88,7 +82,6 @@ _HOMES = {
     "RadarConfig": "radar.config",
     "RadarSensor": "radar.sensor",
     "RtxCamera": "camera.authoring",
-    "SUPPORTED_ACOUSTIC_CONFIGS": "acoustic.authoring",
     "SUPPORTED_CAMERA_CONFIGS": "configs",
     "SUPPORTED_LIDAR_CONFIGS": "configs",
     "SUPPORTED_RADAR_CONFIGS": "radar.configs",
@@ -119,13 +112,9 @@ _HOMES = {
 }
 
 __all__ = [
-    "SUPPORTED_ACOUSTIC_CONFIGS",
     "SUPPORTED_CAMERA_CONFIGS",
     "SUPPORTED_LIDAR_CONFIGS",
     "SUPPORTED_RADAR_CONFIGS",
-    "Acoustic",
-    "AcousticConfig",
-    "AcousticSensor",
     "AnnotatorType",
     "AuxType",
     "CameraSensor",
@@ -174,4 +163,17 @@ __all__ = [
 ]
 
 
-__getattr__, __dir__ = _lazy_names(__name__, _HOMES)
+def _of_wing(name: str) -> Any:
+    """What the package of a sensor that a wing declares has under a public name. Raises AttributeError."""
+    from importlib import import_module
+
+    from graph.base.plugins import SENSORS, of_wings
+
+    plugins = (plugin for plugin in of_wings(SENSORS).values() if not plugin.absence)
+    for package in dict.fromkeys(plugin.module.rpartition(".")[0] for plugin in plugins):
+        if name in import_module(package).__all__:
+            return getattr(import_module(package), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+__getattr__, __dir__ = _lazy_names(__name__, _HOMES, _of_wing)

@@ -1,17 +1,17 @@
 """Sensor types: everything that a modality adds, registered in one place by the type of its prims.
 
-Packages register theirs through the entry point group `tickgraph.sensors`: each entry is a `SensorType`.
+Wings and other packages declare theirs in the entry point group `tickgraph.sensors`: each entry is a `SensorType`.
+A wing's has the name of the prim type, so that a prim whose wing is missing is reported.
 """
 
 from __future__ import annotations
 
-import logging
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from graph.base.entry_points import entry_points
+from graph.base.plugins import SENSORS, leave_out, loaded, of_wings
 from graph.base.records import dataclass, field
 
 from .channels import CHANNELS, POINT_CHANNELS, Channel
@@ -26,18 +26,12 @@ if TYPE_CHECKING:
     from .annotators.types import AnnotatorType
     from .writers.spec import WriterSpec
 
-ENTRY_POINTS = "tickgraph.sensors"
-
 BUILT_IN = (
     "sensors.lidar.sensor_type",
     "sensors.camera.sensor_type",
     "sensors.radar.sensor_type",
-    "sensors.physx.sensor_types",
-    "sensors.acoustic.sensor_type",
 )
-"""Modules that register the shipped types."""
-
-_LOG = logging.getLogger("tickgraph.warnings")
+"""Modules that register the core's types; those of wings and of other packages are declared as plug-ins."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,10 +145,14 @@ def sensor_problems(stage: Usd.Stage) -> Iterable[tuple[str, str]]:
     from graph.sim.scene.value_types import type_problems
     from graph.sim.usd import Usd
 
+    missing = {name: plugin.absence for name, plugin in of_wings(SENSORS).items() if plugin.absence}
     for prim in stage.Traverse(Usd.TraverseInstanceProxies()):
-        if kind := sensor_type(str(prim.GetTypeName())):
+        name = str(prim.GetTypeName())
+        if kind := sensor_type(name):
             messages = list(type_problems(prim)) or kind.check(prim)
             yield from ((str(prim.GetPath()), message) for message in messages)
+        elif name in missing:
+            yield str(prim.GetPath()), f"sensors of type {name} cannot be used: {missing[name]}"
 
 
 def _load() -> None:
@@ -167,24 +165,14 @@ def _load() -> None:
         # Outside of our lock: another thread may import one of these modules, and wait for it.
         for module in BUILT_IN:
             import_module(module)
+        packages = list(loaded(SENSORS, SensorType))
         with _LOCK:
             if not _loaded:
-                _load_packages()
+                for plugin, kind in packages:
+                    try:
+                        register_sensor_type(kind)
+                    except SensorValueError as error:
+                        leave_out(plugin, error)
                 _loaded = True
     finally:
         _here.loading = False
-
-
-def _load_packages() -> None:
-    [entries] = entry_points(ENTRY_POINTS)
-    for entry in entries:
-        try:
-            register_sensor_type(entry.load())
-        except (Exception, SystemExit) as error:  # a third-party module may raise anything
-            reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
-            _LOG.warning(
-                "warning sensor-package: %s (%s): %s; the package is left out, repair or uninstall it",
-                entry.name,
-                entry.value,
-                reason,
-            )

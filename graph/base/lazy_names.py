@@ -18,15 +18,19 @@ checked: list[bool] = []
 """Contains one item once it is known that Python finds our packages, and not others of these names."""
 
 
-def lazy_names(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+def lazy_names(
+    package: str, homes: Mapping[str, str], more: Callable[[str], Any] | None = None
+) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
     """The `__getattr__` and the `__dir__` of a package.
 
     homes: each public name and its module in the package (`.other.module`: in a package beside it); a module that is
-    public itself ends with that name.
+    public itself ends with that name. more: finds other names, or raises AttributeError.
     """
 
     def get(name: str) -> Any:
         if name not in homes:
+            if more and not name.startswith("_"):
+                return more(name)
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         if not checked:
             import_module("graph.base.hidden").refuse_hidden_packages()

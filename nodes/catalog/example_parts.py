@@ -75,10 +75,6 @@ _CUP = {
     ),
     "/World/Arm/Cup": "{type: IsaacSurfaceGripper, attributes: {isaac:attachmentPoints: /World/Arm/Point}}",
 }
-_PHYSX_LIDAR = {
-    LIDAR: "{type: Lidar, attributes: {rotationRate: 0}}",
-    "/World/Wall": "{type: Cube, translate: [4, 0, 0]}",
-}
 _VARIANTS = "a USD scene with a prim that has a variant set, named at prim and variantSetName"
 _PIPELINE = "SdOnNewFrame and SdOnNewRenderProductFrame before it"
 _THING = {THING: "{type: Cube, rigid_body: true}"}
@@ -89,10 +85,6 @@ PARTS: dict[str, Parts] = {
     ),
     "AddPrimRelationship": Parts({"name": "partner", "path": THING, "target": "/World"}, _THING),
     "AppendPath": Parts({"path": {"type": "token", "value": "/World"}, "suffix": "Thing"}),
-    "DebugDrawRayCast": Parts(
-        {"beamOrigins": [[0.0, 0.0, 0.0]], "beamEndPoints": [[1.0, 0.0, 0.0]], "numRays": 1},
-        needs="a folder for its pictures: graph run --out",
-    ),
     "DifferentialController": Parts({"wheelRadius": 0.1, "wheelDistance": 0.5, "linearVelocity": 1.0}),
     "GetParentPath": Parts({"path": {"type": "token", "value": "/World/Thing"}}),
     "GetPrimRelationship": Parts({"prim": f"{ROBOT}/joint", "name": "physics:body1"}, _ARM),
@@ -132,15 +124,6 @@ PARTS: dict[str, Parts] = {
     "IsaacReadEffortSensor": Parts({"prim": f"{ROBOT}/joint"}, _ARM),
     "IsaacReadFilePath": Parts({"path": "notes.txt"}, needs="a text file notes.txt beside this one"),
     "IsaacReadJointState": Parts({"prim": ROBOT}, _ARM),
-    "IsaacReadLidarBeams": Parts({"lidarPrim": LIDAR}, _PHYSX_LIDAR),
-    "IsaacReadLidarPointCloud": Parts({"lidarPrim": LIDAR}, _PHYSX_LIDAR),
-    "IsaacReadLightBeam": Parts(
-        {"lightbeamPrim": "/World/Beam"},
-        {
-            "/World/Beam": "{type: IsaacLightBeamSensor, attributes: {numRays: 4, curtainLength: 1}}",
-            "/World/Wall": "{type: Cube, translate: [4, 0, 0]}",
-        },
-    ),
     "IsaacReadRaycastSensor": Parts(
         {"raycastSensorPrim": "/World/Ray"},
         {

@@ -5,7 +5,8 @@ from pxr import Sdf
 
 from graph.base.errors import UserError
 from graph.sim import App
-from sensors import Acoustic, AcousticSensor, CameraSensor, Lidar, LidarSensor, Radar, RadarSensor, RtxCamera
+from sensors import CameraSensor, Lidar, LidarSensor, Radar, RadarSensor, RtxCamera
+from wings.acoustic import Acoustic, AcousticSensor
 
 SCANS = "OmniSensorGenericRadarWpmDmatScanCfgAPI"
 AUTHORS = {Lidar: "lidar", Radar: "radar", Acoustic: "acoustic sensor", RtxCamera: "camera"}

@@ -63,7 +63,14 @@ def node(name):
     return f"graphs: {{/World/G: {{nodes: {{one: {name}}}}}}}", ["check", "file.yaml"], said, "; --skip-unknown runs"
 
 
+def prim(type_name):
+    """A scene with a prim, and what its check says."""
+    said = f"file.yaml:2:17: sensors of type {type_name} cannot be used: it comes"
+    return f"scene: {{prims: {{/World/S: {{type: {type_name}}}}}}}", ["check", "file.yaml"], said, ""
+
+
 NEEDS = {
+    "acoustic": prim("OmniAcoustic"),
     "exports": (
         "",
         ["export", "out", "--format", "ply", "--out", "clouds"],
@@ -72,6 +79,7 @@ NEEDS = {
     ),
     "hsb": node("HSBSend"),
     "paths": node("StanleyControlPID"),
+    "physx": prim("Lidar"),
     "physx_graph": node("OnTriggerCollider"),
     "transports": (
         "",

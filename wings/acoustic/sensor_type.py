@@ -1,4 +1,4 @@
-"""What acoustic sensors are to the rest of TickGraph: their registration."""
+"""What acoustic sensors are to the rest of TickGraph: their sensor type."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from graph.base.exact import shortest
 from sensors.channels import CHANNELS
 from sensors.prim import read_tick_rate, reading_problems
-from sensors.sensor_types import SensorType, register_sensor_type
+from sensors.sensor_types import SensorType
 
 from .config import read_config
 from .names import AUX_LEVELS, MODALITY, OWN_CHANNELS, PRIM_TYPE
@@ -55,15 +55,13 @@ def _rows(facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     )
 
 
-register_sensor_type(
-    SensorType(
-        PRIM_TYPE,
-        _runtime,
-        modality=MODALITY,
-        channels=(*OWN_CHANNELS, *(CHANNELS[name] for name in ("scalar", "timeOffsetNs", "flags"))),
-        aux_levels=AUX_LEVELS,
-        check=_check,
-        facts=_facts,
-        rows=_rows,
-    )
+ACOUSTIC = SensorType(
+    PRIM_TYPE,
+    _runtime,
+    modality=MODALITY,
+    channels=(*OWN_CHANNELS, *(CHANNELS[name] for name in ("scalar", "timeOffsetNs", "flags"))),
+    aux_levels=AUX_LEVELS,
+    check=_check,
+    facts=_facts,
+    rows=_rows,
 )

@@ -1,4 +1,4 @@
-"""The registration of PhysX sensors as sensor types."""
+"""PhysX sensors as sensor types."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import UserError
 from graph.base.exact import shortest
-from sensors.sensor_types import SensorType, register_sensor_type
+from sensors.sensor_types import SensorType
 
 from .names import BEAM_CHANNELS, BEAM_TIME, LIDAR, LIGHT_BEAM
 
@@ -65,25 +65,21 @@ def _problems(facts: Callable[[Any, Usd.Prim], Any]) -> Callable[[Usd.Prim], Ite
     return check
 
 
-register_sensor_type(
-    SensorType(
-        LIDAR,
-        _lidar,
-        channels=(*BEAM_CHANNELS, BEAM_TIME),
-        check=_problems(_lidar_facts),
-        facts=_lidar_facts,
-        rows=_lidar_rows,
-        read_by="IsaacReadLidarPointCloud or IsaacReadLidarBeams",
-    )
+LIDAR_TYPE = SensorType(
+    LIDAR,
+    _lidar,
+    channels=(*BEAM_CHANNELS, BEAM_TIME),
+    check=_problems(_lidar_facts),
+    facts=_lidar_facts,
+    rows=_lidar_rows,
+    read_by="IsaacReadLidarPointCloud or IsaacReadLidarBeams",
 )
-register_sensor_type(
-    SensorType(
-        LIGHT_BEAM,
-        _light_beam,
-        channels=BEAM_CHANNELS,
-        check=_problems(_beam_facts),
-        facts=_beam_facts,
-        rows=_beam_rows,
-        read_by="IsaacReadLightBeam",
-    )
+LIGHT_BEAM_TYPE = SensorType(
+    LIGHT_BEAM,
+    _light_beam,
+    channels=BEAM_CHANNELS,
+    check=_problems(_beam_facts),
+    facts=_beam_facts,
+    rows=_beam_rows,
+    read_by="IsaacReadLightBeam",
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -94,7 +95,7 @@ def _free(path: str) -> str:
     return get_stage_next_free_path(app().stage, path, False)
 
 
-def _rtx(kind: str, default: str) -> Callable[..., Any]:
+def _rtx(kind: str, default: str, module: str = "sensors_rtx") -> Callable[..., Any]:
     def made(
         path: str = default,
         parent: Any = None,
@@ -108,15 +109,13 @@ def _rtx(kind: str, default: str) -> Callable[..., Any]:
         attributes: Any = None,
         **rest: Any,
     ) -> Any:
-        from . import sensors_rtx
-
         place = None if translation is None else np.asarray(translation, float)
         attributes = {**(attributes or {}), **{key: value for key, value in rest.items() if ":" in key}}
         options: dict[str, Any] = {"translations": place, "orientations": _quaternion(orientation)}
         if attributes:
             options["attributes"] = attributes
         full = _free(_sensor_path(path, parent))
-        type_ = getattr(sensors_rtx, kind)
+        type_ = getattr(import_module(f"graph.isaac.modules.{module}"), kind)
         if config is None and usd_path is None:
             return type_(full, **options).prim
         return type_.create(full, config=config, usd_path=usd_path, variant=variant, **options).prim
@@ -337,8 +336,8 @@ def _select(new_selected_paths: Any = (), old_selected_paths: Any = (), **_: Any
 _COMMANDS: dict[str, Callable[..., Any]] = {
     "IsaacSensorCreateRtxLidar": _rtx("Lidar", "/RtxLidar"),
     "IsaacSensorCreateRtxRadar": _rtx("Radar", "/RtxRadar"),
-    "IsaacSensorCreateRtxUltrasonic": _rtx("Acoustic", "/RtxUltrasonic"),
-    "IsaacSensorCreateRtxAcoustic": _rtx("Acoustic", "/RtxAcoustic"),
+    "IsaacSensorCreateRtxUltrasonic": _rtx("Acoustic", "/RtxUltrasonic", "acoustic_rtx"),
+    "IsaacSensorCreateRtxAcoustic": _rtx("Acoustic", "/RtxAcoustic", "acoustic_rtx"),
     "IsaacSensorCreateImuSensor": _physics_sensor("IMU", "/Imu_Sensor"),
     "IsaacSensorCreateContactSensor": _physics_sensor("Contact", "/Contact_Sensor"),
     "RangeSensorCreateLidar": _range_lidar,

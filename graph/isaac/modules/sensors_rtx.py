@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from sensors.acoustic.authoring import SUPPORTED_ACOUSTIC_CONFIGS
-from sensors.acoustic.authoring import Acoustic as OurAcoustic
-from sensors.acoustic.sensor import AcousticSensor as OurAcousticSensor
 from sensors.annotators.specs import register_annotator_spec, unregister_annotator_spec
 from sensors.camera.authoring import RtxCamera as OurRtxCamera
 from sensors.camera.depth_camera import SingleViewDepthCameraSensor
@@ -24,12 +21,9 @@ from sensors.surfaces import ids
 from sensors.writers import register_writer_spec, unregister_writer_spec
 
 __all__ = [
-    "SUPPORTED_ACOUSTIC_CONFIGS",
     "SUPPORTED_CAMERA_CONFIGS",
     "SUPPORTED_LIDAR_CONFIGS",
     "SUPPORTED_RADAR_CONFIGS",
-    "Acoustic",
-    "AcousticSensor",
     "CameraSensor",
     "GenericModelOutput",
     "Lidar",
@@ -58,7 +52,7 @@ def parse_stable_id_map_data(data: Any) -> dict[int, str]:
     return ids.parse_stable_id_map_data(data)
 
 
-class _Authoring:
+class Authoring:
     """What wrappers have beside our authoring objects: lists of paths and prims, poses as arrays of rows."""
 
     path: str
@@ -110,7 +104,7 @@ class _Authoring:
         return super().create(path, usd_path=usd_path, config=config, **options)  # type: ignore[misc]
 
 
-class Lidar(_Authoring, OurLidar):
+class Lidar(Authoring, OurLidar):
     def __init__(
         self,
         path: str,
@@ -143,18 +137,15 @@ class Lidar(_Authoring, OurLidar):
         )
 
 
-class Radar(_Authoring, OurRadar):
+class Radar(Authoring, OurRadar):
     def __init__(self, path: str, *, aux_output_level: str = "NONE", **options: Any) -> None:
         super().__init__(path, aux_output_level=aux_output_level, **options)
 
 
-class Acoustic(_Authoring, OurAcoustic): ...
+class RtxCamera(Authoring, OurRtxCamera): ...
 
 
-class RtxCamera(_Authoring, OurRtxCamera): ...
-
-
-class _Product:
+class Product:
     """The render product with the calls of its prim."""
 
     @property
@@ -176,38 +167,30 @@ class _Product:
         return made.attach([self.render_product.path])
 
 
-class LidarSensor(_Product, OurLidarSensor):
+class LidarSensor(Product, OurLidarSensor):
     authored_by = OurLidar
 
     def __init__(self, path: Any, **options: Any) -> None:
         super().__init__(Lidar(path) if isinstance(path, str) else path, **options)
 
     def get_data(self, annotator: str, device: str | None = None, *, out: Any = None) -> Any:
-        return _data(super().get_data(annotator, device), out)
+        return data_of(super().get_data(annotator, device), out)
 
 
-class RadarSensor(_Product, OurRadarSensor):
+class RadarSensor(Product, OurRadarSensor):
     def __init__(self, path: Any, **options: Any) -> None:
         super().__init__(Radar(path) if isinstance(path, str) else path, **options)
 
     def get_data(self, annotator: str, device: str | None = None, *, out: Any = None) -> Any:
-        return _data(super().get_data(annotator, device), out)
+        return data_of(super().get_data(annotator, device), out)
 
 
-class AcousticSensor(_Product, OurAcousticSensor):
-    def __init__(self, path: Any, **options: Any) -> None:
-        super().__init__(Acoustic(path) if isinstance(path, str) else path, **options)
-
-    def get_data(self, annotator: str, device: str | None = None, *, out: Any = None) -> Any:
-        return _data(super().get_data(annotator, device), out)
-
-
-class CameraSensor(_Product, OurCameraSensor):
+class CameraSensor(Product, OurCameraSensor):
     def get_data(self, annotator: str, out: Any = None) -> Any:
-        return _data(super().get_data(annotator), out)
+        return data_of(super().get_data(annotator), out)
 
 
-def _data(found: Any, out: Any) -> Any:
+def data_of(found: Any, out: Any) -> Any:
     """(data, info) with data as scripts know it: NumPy and Warp calls; None before the first frame."""
     import numpy as np
 

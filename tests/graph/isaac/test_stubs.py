@@ -39,7 +39,7 @@ REASONS = {
     "modules/replicator.py:Writer.on_final_frame": HOOK,
     "modules/robots.py:BaseController.reset": HOOK,
     "modules/robots.py:ExperimentalDifferentialController.reset": "it has no state",
-    "modules/sensors_rtx.py:_Authoring.__len__": TRUE_HERE,
+    "modules/sensors_rtx.py:Authoring.__len__": TRUE_HERE,
     "modules/stage.py:is_stage_loading": TRUE_HERE,
     "modules/timeline.py:acquire_timeline_interface": "the interface has no state",
     "modules/usd.py:UsdContext.get_name": TRUE_HERE,

@@ -16,9 +16,9 @@ from graph.base.errors import UserError
 from graph.sim import App
 from graph.sim.scene.stage import open_stage
 from sensors import parse_generic_model_output_data, render_product
-from sensors.acoustic.config import SAMPLES
-from sensors.acoustic.waves import Membrane, absorption, envelope
 from sensors.prim import write_aux_level
+from wings.acoustic.config import SAMPLES
+from wings.acoustic.waves import Membrane, absorption, envelope
 
 PATH = "/World/Sonar"
 C, SAMPLE, PULSE, FREQUENCY = 343.0, 1.024e-4, 2.5e-3, 51200.0

@@ -7,8 +7,8 @@ import pytest
 
 from graph import UserError
 from graph.sim import App
-from sensors.physx import ProximitySensor, clear_sensors, register_sensor
 from tests.support.physics_worlds import METRES, physics_of, stage_of
+from wings.physx import ProximitySensor, clear_sensors, register_sensor
 
 FREE = 'def PhysicsScene "S" { float physics:gravityMagnitude = 0\n}\n'
 ZONE = 'def Cube "Zone" { double size = 1\n}\n'

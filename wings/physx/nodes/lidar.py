@@ -16,14 +16,14 @@ _LIDAR = Attribute("target", "a Lidar prim of PhysX")
 
 
 def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
-    from sensors.physx.names import LIDAR
+    from wings.physx.names import LIDAR
 
     return check_polled(node, "lidarPrim", LIDAR)
 
 
 def _new_scan(db: Database, channels: tuple[str, ...]) -> Frame | None:
     """The scan that this node has not given yet."""
-    from sensors.physx.names import LIDAR
+    from wings.physx.names import LIDAR
 
     frame = poll(db, "lidarPrim", LIDAR, channels)
     if frame is None or frame is db.memory.frame:

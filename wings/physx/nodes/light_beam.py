@@ -10,7 +10,7 @@ from .polling import Poll, check_polled, poll, release
 
 
 def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
-    from sensors.physx.names import LIGHT_BEAM
+    from wings.physx.names import LIGHT_BEAM
 
     return check_polled(node, "lightbeamPrim", LIGHT_BEAM)
 
@@ -46,7 +46,7 @@ def read_light_beam(db: Database) -> None:
     import numpy as np
 
     from graph.sim.transforms import transformed
-    from sensors.physx.names import LIGHT_BEAM
+    from wings.physx.names import LIGHT_BEAM
 
     reading, outputs = poll(db, "lightbeamPrim", LIGHT_BEAM, ("xyz", "distance", "flags")), db.outputs
     if reading is None:

@@ -1,0 +1,24 @@
+"""The acoustic sensors of `isaacsim.sensors.experimental.rtx`: names for what a wing has; imported at first use."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from wings.acoustic.authoring import SUPPORTED_ACOUSTIC_CONFIGS
+from wings.acoustic.authoring import Acoustic as OurAcoustic
+from wings.acoustic.sensor import AcousticSensor as OurAcousticSensor
+
+from .sensors_rtx import Authoring, Product, data_of
+
+__all__ = ["SUPPORTED_ACOUSTIC_CONFIGS", "Acoustic", "AcousticSensor"]
+
+
+class Acoustic(Authoring, OurAcoustic): ...
+
+
+class AcousticSensor(Product, OurAcousticSensor):
+    def __init__(self, path: Any, **options: Any) -> None:
+        super().__init__(Acoustic(path) if isinstance(path, str) else path, **options)
+
+    def get_data(self, annotator: str, device: str | None = None, *, out: Any = None) -> Any:
+        return data_of(super().get_data(annotator, device), out)
