@@ -150,11 +150,13 @@ def _again(
             if known != HIDDEN:
                 facing.wave[ahead], facing.face[ahead], facing.out[ahead] = at, touch.face, echo.out
                 facing.mirrors[ahead], facing.curved[ahead] = mirror and not curved, bent - 1 if curved else -1
-                for axis in range(3):
-                    facing.back[ahead, axis] = echo.back[axis]
-                    facing.rays[asked, 3 + axis] = dot(row_of(space.rotation, axis), echo.back)
-                facing.ray[ahead] = asked if known == UNKNOWN else -1
-                asked += known == UNKNOWN
+                facing.back[ahead, 0], facing.back[ahead, 1], facing.back[ahead, 2] = echo.back
+                facing.ray[ahead] = -1
+                if known == UNKNOWN:
+                    facing.ray[ahead] = asked
+                    for axis in range(3):
+                        facing.rays[asked, 3 + axis] = dot(row_of(space.rotation, axis), echo.back)
+                    asked += 1
                 ahead += 1
     return int(on), int(bent), int(ahead), int(asked)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -42,6 +41,13 @@ def _folded(value: Any, low: float, high: float) -> Any:
 
 
 @inlined
+def whole(value: Any) -> Any:
+    """The greatest whole number up to a value: `math.floor` calls a function on plain processors."""
+    number = np.int64(value)
+    return number - (value < number)
+
+
+@inlined
 def angle_cell(bins: Bins, azimuth: Any, height: Any) -> Any:
     """The number of the angle cell of sines of azimuth and elevation, -1 outside the grid; and the sines, folded."""
     (left, wide, columns), (lowest, tall, rows) = bins.azimuth, bins.height
@@ -51,7 +57,7 @@ def angle_cell(bins: Bins, azimuth: Any, height: Any) -> Any:
         level = _folded(level, bins.levels[0], bins.levels[1])
     if not (bins.sides[0] <= side < bins.sides[1] and bins.levels[0] <= level < bins.levels[1]):
         return -1, side, level
-    across, up = math.floor((side - left) / wide), math.floor((level - lowest) / tall)
+    across, up = whole((side - left) / wide), whole((level - lowest) / tall)
     across = across % columns if bins.meet[0] else min(across, columns - 1)
     up = up % rows if bins.meet[1] else min(up, rows - 1)
     return across * rows + up, side, level
@@ -70,10 +76,10 @@ def place(bins: Bins, range_m: Any, velocity: Any, angle: Any) -> Any:
     limit = slowest + fast * wide
     if abs(rate) >= limit:
         rate = _folded(rate, -limit, limit)
-    at = math.floor((away - nearest) / long)
+    at = whole((away - nearest) / long)
     if angle < 0 or not 0 <= at < far:
         return -1, away, rate
-    turn = min(max(math.floor((rate - slowest) / wide), 0), fast - 1)
+    turn = min(max(whole((rate - slowest) / wide), 0), fast - 1)
     angles = bins.azimuth[2] * bins.height[2]
     return (turn * far + at) * angles + angle, away, rate
 

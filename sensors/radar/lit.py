@@ -122,27 +122,31 @@ def _lit(
     """
     faces, tables, seen, received = space.faces, space.tables, np.float32(space.seen), np.float32(space.received)
     fields = sent = bent = np.int64(0)  # a plain 0 is a type of its own, for which parts are compiled once more
+    known, surface, first, flat = np.int64(-2), np.int64(0), np.int64(0), False
+    height, speed = np.float32(0), (0.0, 0.0, 0.0)
     for row in range(len(ahead.distance)):
         way, face = max(ahead.distance[row], LEAST_M), np.int64(ahead.face[row])
         tube = ahead.first + row
         if not way < seen:
             continue
-        surface = faces.surface[face]
+        if face != known:  # neighbours meet mostly one face
+            known, surface, first = face, np.int64(faces.surface[face]), np.int64(faces.table[face])
+            flat, height = not faces.curved[face], np.float32(abs(height_of(faces, face)))
+            speed = row_of(faces.linear, faces.body[face])
         if (len(ahead.owner) and ahead.owner[row] != surface) or ahead.skip[surface]:
             continue
         inverse = np.float32(1) / way
-        cosine = min(np.float32(abs(height_of(faces, face))) * inverse, np.float32(1))
-        table = faces.table[face] + min(int(cosine * tables.steps), tables.steps - 1)
+        cosine = min(height * inverse, np.float32(1))
+        table = first + min(int(cosine * tables.steps), tables.steps - 1)
         power = tables.diffuse[table] * cosine * tubes.weight[tube] * received * inverse * inverse
         towards = tubes.directions[0, tube], tubes.directions[1, tube], tubes.directions[2, tube]
         if power > 0:
-            rate = dot(row_of(faces.linear, faces.body[face]), towards)
             side, level, angle = angles_of(tubes, tube)
-            put(bins, room.scattered, np.float64(way), rate, side, level, angle, np.float64(power))
+            put(bins, room.scattered, np.float64(way), dot(speed, towards), side, level, angle, np.float64(power))
         if cosine <= GRAZING:
             continue
         mirrors = leads = False
-        if not faces.curved[face]:
+        if flat:
             if cosine > MIRROR:
                 turns = max(tubes.width[tube], tubes.height[tube]) * way * turning
                 square = cosine * cosine
@@ -157,9 +161,9 @@ def _lit(
             continue
         if leads and send_on(space, wave, touch, room.sent, sent):
             sent += 1
-        if mirrors or faces.curved[face]:
+        if mirrors or not flat:
             echo = echo_of(space, images, wave, touch)
-            if faces.curved[face]:
+            if not flat:
                 write(room.met, bent, wave, touch, echo)
                 bent += 1
             elif reflect_back(space, images, tubes, wave, touch, echo, tubes.hears[tube], room.fields, fields):

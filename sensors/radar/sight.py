@@ -10,6 +10,7 @@ import numpy as np
 from sensors.compiled import inlined
 from sensors.vectors import Vector, dot
 
+from .bins import whole
 from .setting import Faces, height_of, normal_of
 
 SIGHT_M = 5e-3
@@ -57,17 +58,19 @@ def looks(sights: Sights, faces: Faces, face: Any, back: Vector, out: Any) -> in
         return UNKNOWN
     place = (math.atan2(back[1], back[0]) - steps.left) / steps.wide - 0.5
     level = (math.asin(min(max(back[2], -1.0), 1.0)) - steps.lowest) / steps.tall - 0.5
-    column, row = math.floor(place), math.floor(level)
+    column, row = whole(place), whole(level)
     if not (0 <= column < steps.across - 1 and 0 <= row < steps.up - 1):
         return UNKNOWN
     at = row * steps.across + column
     one, two, three, four = plane[at], plane[at + 1], plane[at + steps.across], plane[at + steps.across + 1]
     if min(min(one, two), min(three, four)) < 0 or max(max(one, two), max(three, four)) >= len(sights.patch):
         return UNKNOWN
-    patch = sights.patch[one]
-    if sights.patch[two] != patch or sights.patch[three] != patch or sights.patch[four] != patch:
-        return UNKNOWN
-    if faces.curved[one] or faces.curved[two] or faces.curved[three] or faces.curved[four]:
+    patch, curved = sights.patch[one], faces.curved[one]
+    if not one == two == three == four:  # mostly all are one plane
+        if sights.patch[two] != patch or sights.patch[three] != patch or sights.patch[four] != patch:
+            return UNKNOWN
+        curved = curved or faces.curved[two] or faces.curved[three] or faces.curved[four]
+    if curved:
         return UNKNOWN
     if 0 <= face < len(sights.patch) and sights.patch[face] == patch:
         return SEEN
