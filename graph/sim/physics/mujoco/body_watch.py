@@ -48,14 +48,17 @@ class BodyWatch:
     def look(self, engine: MujocoEngine, warn: Warn) -> None:
         """Warns of `body-tipped` and `body-too-fast`."""
         if len(self._bases):
-            upright = np.einsum("nk,nk->n", engine.data.xmat.take(self._bases, axis=0), self._uprights)
+            upright = (engine.data.xmat.take(self._bases, axis=0) * self._uprights).sum(axis=1)
             if upright.min() < TIPPED:
                 self._tell_tipped(engine, upright, warn)
         if len(self._rows):
             speeds = engine.data.qvel.take(self._dofs)
-            moves = np.sqrt(np.einsum("ni,ni->n", speeds, speeds)) * engine.model.opt.timestep
-            if (moves > self._sizes).any():
-                self._tell_fast(engine, moves, warn)
+            dt = engine.model.opt.timestep
+            slow = float(self._sizes.min()) / dt / 2  # at least sqrt(3): no body moves by its size
+            if speeds.max() > slow or speeds.min() < -slow:
+                moves = np.sqrt((speeds * speeds).sum(axis=1)) * dt
+                if (moves > self._sizes).any():
+                    self._tell_fast(engine, moves, warn)
 
     def _tell_tipped(self, engine: MujocoEngine, upright: Floats, warn: Warn) -> None:
         for body in self._bases[upright < TIPPED].tolist():

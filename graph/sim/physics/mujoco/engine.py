@@ -146,12 +146,11 @@ class MujocoEngine(PhysicsEngine):
 
     def _advance(self, steps: int) -> None:
         """Makes so many steps and counts them in `taken`. Raises RunError as `step` does."""
-        model, data, counters, advance = self.model, self.data, self._counters, mujoco.mj_step
+        model, data, counters, divided = self.model, self.data, self._counters, self._substeps
+        advance = mujoco.mj_step if self._surfaces is None else self._surfaces.step
         check_positions, check_velocities = mujoco.mj_checkPos, mujoco.mj_checkVel
         limit, first = self.drives.limit_forces if self.drives.limited else None, self.taken + 1
-        iterations, spent = self._monitor.solver_of()
-        if self._surfaces is not None:
-            advance = self._surfaces.step
+        monitor, after = self._monitor, self._after_step
 
         def make() -> bool:
             """A step, or a part of one; returns whether the state is finite."""
@@ -165,20 +164,30 @@ class MujocoEngine(PhysicsEngine):
 
         def follow() -> None:
             """What comes after it."""
-            nonlocal iterations, spent
-            if spent in iterations.tobytes() and self._monitor.check_solver():
-                iterations, spent = self._monitor.solver_of()
-            for each in self._after_step:
+            if monitor.spent in monitor.iterations.tobytes():
+                monitor.check_solver()
+            for each in after:
                 each(data)
 
+        iterations = monitor.iterations
         for self.taken in range(first, first + steps):
-            if self._substeps is not None:
-                finite = self._substeps.step(make, follow)
-            elif finite := make():
-                follow()
+            if divided is not None:
+                finite = divided.step(make, follow)
+            else:  # both written out: between steps each call costs several times as much as elsewhere
+                if limit is not None:
+                    limit(data)
+                advance(model, data)
+                check_positions(model, data)
+                check_velocities(model, data)
+                finite = not (counters[3] or counters[4] or counters[5])
+                if finite and monitor.spent in iterations.tobytes():
+                    monitor.check_solver()
+                if finite and after:
+                    for each in after:
+                        each(data)
             if not finite:
                 self.taken -= 1
-                raise RunError(self._monitor.divergence())
+                raise RunError(monitor.divergence())
 
     def _followers(self) -> Iterator[Callable[[Any], None]]:
         """The parts that must examine the world after each step."""

@@ -74,9 +74,14 @@ class Monitor:
     """
 
     def __init__(self, engine: MujocoEngine, warn: Warn) -> None:
-        self._engine, self._warn = engine, warn
+        self._engine, self._warn, self._option = engine, warn, engine.model.opt
         self._counters = memoryview(engine.data.warning.number)
-        self._iterations = memoryview(engine.data.solver_niter)
+        self.iterations = memoryview(engine.data.solver_niter)
+        """The solver's iterations in each island of the last step."""
+        self.spent = NEVER
+        """Bytes in them by which `check_solver` has work: a search for bytes takes a tenth of the time of a comparison
+        of numbers, which is 1 % of a step.
+        """
         self._steps, self._next, self._searched = 0, 1, 0
         self._ahead = True
         self._solver_told = False
@@ -90,7 +95,7 @@ class Monitor:
     def until_look(self) -> int:
         """The number of steps until the next look. At one: warns of a body that stops tumbling in the first of them."""
         if self._ahead:
-            self._ahead = False
+            self._ahead, self.spent = False, self._spent()
             if self._tumbling is not None:
                 self._check_tumbling(self._tumbling)
         return self._next - self._steps
@@ -119,7 +124,7 @@ class Monitor:
     def close(self) -> None:
         """Releases the engine's memory."""
         self._counters.release()
-        self._iterations.release()
+        self.iterations.release()
 
     def divergence(self) -> str:
         """The message about a failed step."""
@@ -137,43 +142,39 @@ class Monitor:
         place = int(self._engine.data.warning[kind].lastinfo)
         return self._engine.body_name(int(self._engine.model.dof_bodyid[place]))
 
-    def solver_of(self) -> tuple[Any, bytes]:
-        """The solver's iterations in each island of the last step, and the bytes in them by which `check_solver` has
-        work: a search for bytes takes a tenth of the time of a comparison of numbers, which is 1 % of a step.
-        """
-        option = self._engine.model.opt
+    def _spent(self) -> bytes:
+        option = self._option
         if self._solver_told:
-            return self._iterations, NEVER
+            return NEVER
         if option.noslip_iterations:  # they are counted, too
-            return self._iterations, ALWAYS
-        return self._iterations, int(option.iterations).to_bytes(4, sys.byteorder)
+            return ALWAYS
+        return int(option.iterations).to_bytes(4, sys.byteorder)
 
-    def check_solver(self) -> bool:
-        """Warns if the solver stopped far from the solution. Returns whether it did.
+    def check_solver(self) -> None:
+        """Warns if the solver stopped far from the solution.
 
         Newton and CG report the distance from the minimum, PGS the improvement of its last iteration.
         """
         data, cap = self._engine.data, int(self._engine.model.opt.iterations)
-        if max(self._iterations) < cap:
-            return False
-        count = len(data.solver.gradient) // len(self._iterations)
+        if max(self.iterations) < cap:
+            return
+        count = len(data.solver.gradient) // len(self.iterations)
         stats = data.solver
         newton = self._engine.model.opt.solver != mujoco.mjtSolver.mjSOL_PGS
         residuals: Any = stats.gradient if newton else stats.improvement
         worst = max(
             float(residuals[island * count + done - 1])
-            for island, done in enumerate(self._iterations)
+            for island, done in enumerate(self.iterations)
             if cap <= done <= count
         )
         if worst > RESIDUAL * self._lightest:
-            self._solver_told = True
+            self._solver_told, self.spent = True, NEVER
             self._warn(
                 "solver-not-converged",
                 "physics",
                 f"its solver stopped after {cap} iterations with a residual of {worst:.3g}, so forces are wrong; raise "
                 "physics.iterations or physics_hz",
             )
-        return self._solver_told
 
     def _check_tumbling(self, tumbling: Tumbling) -> None:
         if not tumbling.bodies:
