@@ -84,8 +84,8 @@ class Plugin:
 
 
 def of_wings(group: str) -> Mapping[str, Plugin]:
-    """The plug-ins of a group that the wings declare, by name; cheap, for no other package is looked at."""
-    return {name: Plugin(group, name, value) for name, value in _declared().get(group, {}).items()}
+    """The plug-ins of a group that the wings declare, sorted by name; cheap, for no other package is looked at."""
+    return {name: Plugin(group, name, value) for name, value in sorted(_declared().get(group, {}).items())}
 
 
 def of_others(*groups: str) -> list[list[Plugin]]:

@@ -49,7 +49,7 @@ def test_ros_transports_use_the_domain_of_ros(monkeypatch):
     ("texts", "said"),
     [
         (["foxglov"], "there is no transport 'foxglov'; did you mean \"foxglove\"?"),
-        ([""], "there is no transport ''; there are foxglove, rerun, dds, zenoh"),
+        ([""], "there is no transport ''; there are dds, foxglove, rerun, zenoh"),
         (["foxglove:99999"], "'99999' is not a port"),
         (["foxglove:0"], "'0' is not a port"),
         (["foxglove:localhost:x"], "'x' is not a port"),
