@@ -8,6 +8,7 @@ from itertools import count
 from typing import Any
 
 from graph.base.errors import UserError
+from graph.isaac.assets import ROOT_SETTING, root
 from graph.isaac.session import app
 
 __all__ = [
@@ -34,7 +35,7 @@ class ISettings:
         self._serial = count(1)
 
     def get(self, path: str) -> Any:
-        return app().settings.get(path, _STRANGERS.get(path))
+        return app().settings.get(path, root() if path == ROOT_SETTING else _STRANGERS.get(path))
 
     def set(self, path: str, value: Any) -> None:
         try:

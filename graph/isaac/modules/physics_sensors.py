@@ -8,40 +8,51 @@ from typing import Any
 import numpy as np
 
 from graph.isaac.session import app
+from sensors.inertial import attribute_of
 
 from . import sensor_readings as readings
 from .old_prims import SingleXFormPrim
+from .prims import attribute
 from .sensor_prims import IMU, Contact
 from .stage import usd_stage
 
-__all__ = ["ContactSensor", "EffortSensor", "IMUSensor"]
+__all__ = ["ContactSensor", "EffortSensor", "EsSensorReading", "IMUSensor"]
+EsSensorReading = readings.EffortSensorReading
 
 
 class _Paced(SingleXFormPrim):
-    """A sensor with the calls of the former ones: readings are of the newest physics step, whatever the period."""
+    """A sensor with the calls of the former ones. `_frame` is one dictionary, filled by each valid reading."""
 
-    _paused = False
+    _frame: dict[str, Any]
 
     def initialize(self, physics_sim_view: Any = None) -> None:
         return None
 
     def resume(self) -> None:
-        self._paused = False
+        attribute(self.prim, "enabled", "bool", True)
 
     def pause(self) -> None:
-        self._paused = True
+        attribute(self.prim, "enabled", "bool", False)
 
     def is_paused(self) -> bool:
-        return self._paused
+        return not attribute_of(self.prim, "enabled", True)
 
     def get_dt(self) -> float:
-        return float(app().simulation.get_physics_dt())
+        return float(attribute_of(self.prim, "sensorPeriod", app().simulation.get_physics_dt()))
 
     def set_dt(self, value: float) -> None:
+        """Keeps the period on the prim; readings are of the newest physics step."""
+        attribute(self.prim, "sensorPeriod", "float", value)
         app().warn("sensor-period-ignored", self.prim_path, "readings are of the newest physics step")
 
+    def _pace(self, frequency: float | None, dt: float | None) -> None:
+        if frequency is not None and dt is not None:
+            raise Exception("give the frequency or dt of a sensor, not both")
+        if frequency is not None or dt is not None:
+            self.set_dt(1 / frequency if frequency is not None else dt)  # type: ignore[arg-type]
+
     def get_frequency(self) -> int:
-        return round(1 / self.get_dt())
+        return int(1 / self.get_dt() + 1e-6)
 
     def set_frequency(self, value: int) -> None:
         self.set_dt(1 / value)
@@ -69,6 +80,14 @@ class IMUSensor(_Paced):
         )
         super().__init__(prim_path, name, position, translation, orientation)
         self._sensor = readings.IMUSensor(prim_path)
+        self._frame = {
+            "time": 0.0,
+            "physics_step": 0.0,
+            "lin_acc": np.zeros(3, np.float32),
+            "ang_vel": np.zeros(3, np.float32),
+            "orientation": np.zeros(4, np.float32),
+        }
+        self._pace(frequency, dt)
 
     def get_sensor_reading(self, *_: Any, read_gravity: bool = True, **__: Any) -> Any:
         one = self._sensor.get_sensor_reading(read_gravity)
@@ -79,14 +98,13 @@ class IMUSensor(_Paced):
         )
 
     def get_current_frame(self, read_gravity: bool = True) -> dict[str, Any]:
-        found = self._sensor.get_data(read_gravity)
-        return {
-            "time": found["time"],
-            "physics_step": found["physics_step"],
-            "lin_acc": found["linear_acceleration"],
-            "ang_vel": found["angular_velocity"],
-            "orientation": found["orientation"],
-        }
+        valid = self._sensor.get_sensor_reading(read_gravity).is_valid
+        self._frame["is_valid"] = valid
+        if valid:
+            found = self._sensor.get_data(read_gravity)
+            short = {"linear_acceleration": "lin_acc", "angular_velocity": "ang_vel"}
+            self._frame.update((short.get(name, name), value) for name, value in found.items())
+        return self._frame
 
 
 class ContactSensor(_Paced):
@@ -105,6 +123,8 @@ class ContactSensor(_Paced):
         made = Contact(prim_path, min_threshold=min_threshold, max_threshold=max_threshold, radius=radius)
         super().__init__(prim_path, name, position, translation)
         self._sensor = readings.ContactSensor(made)
+        self._frame = {"time": 0.0, "physics_step": 0.0, "in_contact": False, "force": 0.0, "number_of_contacts": 0}
+        self._pace(frequency, dt)
         accessors = ("get_radius", "set_radius", "get_min_threshold", "set_min_threshold")
         for one in (*accessors, "get_max_threshold", "set_max_threshold"):
             setattr(self, one, getattr(made, one))
@@ -113,12 +133,16 @@ class ContactSensor(_Paced):
         return self._sensor.get_sensor_reading()
 
     def get_current_frame(self) -> dict[str, Any]:
-        return {"in_contact": False, "force": 0.0, "number_of_contacts": 0, **self._sensor.get_data()}
+        if self._sensor.get_sensor_reading().is_valid:
+            self._frame.update(self._sensor.get_data())
+        return self._frame
 
     def add_raw_contact_data_to_frame(self) -> None:
+        self._frame["contacts"] = []
         self._sensor.add_raw_contact_data_to_frame()
 
     def remove_raw_contact_data_from_frame(self) -> None:
+        self._frame.pop("contacts", None)
         self._sensor.remove_raw_contact_data_from_frame()
 
 

@@ -259,16 +259,7 @@ class ContactSensor(_Authored):
         return ContactSensorReading(value if touching else 0.0, time, True, in_contact=touching)
 
     def get_raw_data(self) -> list[dict[str, Any]]:
-        from graph.isaac.modules.physics_scripts import sdfPathToInt
-
-        prim = self._prim()
-        contacts = [] if prim is None else contacts_at(prim)[1]
-        for one in contacts:
-            for name in ("position", "normal", "impulse"):
-                one[name] = dict(zip("xyz", map(float, one[name]), strict=True))
-            for name in ("body0", "body1"):
-                one[name] = sdfPathToInt(one[name])
-        return contacts
+        return raw_contacts(self._prim())
 
     def get_data(self) -> dict[str, Any]:
         prim, one, data = self._prim(), self.get_sensor_reading(), self._data
@@ -286,6 +277,19 @@ class ContactSensor(_Authored):
 
     def remove_raw_contact_data_from_frame(self) -> None:
         self._data.pop("contacts", None)
+
+
+def raw_contacts(prim: Any) -> list[dict[str, Any]]:
+    """The contacts at a sensor's or body's prim with vectors by axis and bodies as numbers; none without a prim."""
+    from graph.isaac.modules.physics_scripts import sdfPathToInt
+
+    contacts = contacts_at(prim)[1] if prim else []
+    for one in contacts:
+        for name in ("position", "normal", "impulse"):
+            one[name] = dict(zip("xyz", map(float, one[name]), strict=True))
+        for name in ("body0", "body1"):
+            one[name] = sdfPathToInt(one[name])
+    return contacts
 
 
 def contacts_at(prim: Any) -> tuple[float, list[dict[str, Any]]]:

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import os
 from collections import namedtuple
-from collections.abc import Callable
 from enum import IntEnum
 from types import SimpleNamespace
 from typing import Any
 from urllib.parse import urljoin, urlparse
 
-from graph.isaac.assets import UNMAPPED, local_path, root
+from graph.isaac.assets import ROOT_SETTING, UNMAPPED, local_path, root
 from graph.isaac.outcomes import inert
-from graph.isaac.session import warn
+from graph.isaac.session import app, warn
 
 __all__ = [
     "Result",
@@ -22,7 +21,6 @@ __all__ = [
     "check_server",
     "check_server_async",
     "combine_urls",
-    "find_files_recursive",
     "find_nucleus_server",
     "get_assets_root_path",
     "get_assets_root_path_async",
@@ -33,18 +31,13 @@ __all__ = [
     "get_nvidia_asset_root_path",
     "get_server_path",
     "get_server_path_async",
-    "get_stage_references",
     "get_url_root",
-    "is_absolute_path",
     "is_dir",
     "is_dir_async",
     "is_file",
     "is_file_async",
-    "is_path_external",
-    "is_valid_usd_file",
     "list",
     "list_folder",
-    "prim_has_missing_references",
     "read_file",
     "recursive_list_folder",
     "set_hang_detection_time_ms",
@@ -61,6 +54,9 @@ Result = IntEnum(
 
 
 def get_assets_root_path(*, skip_check: bool = False) -> str:
+    given = app().settings.get(ROOT_SETTING)
+    if given is not None and not given:
+        raise RuntimeError(f"{ROOT_SETTING} setting is not set")
     found = root()
     if found == UNMAPPED:
         message = (
@@ -146,18 +142,6 @@ async def is_dir_async(path: str) -> bool:
     return is_dir(path)
 
 
-def is_absolute_path(path: str) -> bool:
-    return "://" in path or os.path.isabs(path)
-
-
-def is_path_external(path: str, base_path: str) -> bool:
-    return not str(path).startswith(str(base_path))
-
-
-def is_valid_usd_file(item: str, excludes: Any) -> bool:
-    return item.endswith((".usd", ".usda", ".usdc", ".usdz")) and not any(one in item for one in excludes)
-
-
 async def list_folder(path: str) -> tuple[Any, Any]:
     found = local_path(path)
     names = sorted(os.listdir(found)) if found and os.path.isdir(found) else []
@@ -170,30 +154,6 @@ async def recursive_list_folder(path: str) -> Any:
     for folder in folders:
         files += await recursive_list_folder(folder.rstrip("/"))
     return files
-
-
-def find_files_recursive(abs_path: Any, filter_fn: Callable[[str], bool] = lambda a: True) -> Any:
-    out = []
-    for path in [abs_path] if isinstance(abs_path, str) else abs_path:
-        for folder, _, names in os.walk(local_path(path) or ""):
-            out += [one for name in names if filter_fn(one := os.path.join(folder, name))]
-    return out
-
-
-def get_stage_references(stage_path: str, resolve_relatives: bool = True) -> Any:
-    from graph.sim.usd import Sdf
-
-    layer = Sdf.Layer.FindOrOpen(local_path(stage_path) or stage_path)
-    found = [] if layer is None else layer.GetExternalReferences()
-    return [layer.ComputeAbsolutePath(one) if resolve_relatives else one for one in found if one]
-
-
-def prim_has_missing_references(prim: Any) -> bool:
-    for spec in prim.GetPrimStack():
-        for reference in spec.referenceList.GetAddedOrExplicitItems():
-            if reference.assetPath and local_path(spec.layer.ComputeAbsolutePath(reference.assetPath)) is None:
-                return True
-    return False
 
 
 def break_url(url: str) -> Any:
@@ -231,4 +191,8 @@ def list(url: str) -> tuple[Any, Any]:
     found = local_path(url)
     if found is None or not os.path.isdir(found):
         return Result["ERROR_NOT_FOUND"], ()
-    return Result["OK"], tuple(SimpleNamespace(relative_path=name) for name in sorted(os.listdir(found)))
+    names = sorted(os.listdir(found))
+    inside = [os.path.isdir(os.path.join(found, name)) for name in names]  # the flag 4: it can have children
+    return Result["OK"], tuple(
+        SimpleNamespace(relative_path=a, flags=4 if b else 0) for a, b in zip(names, inside, strict=True)
+    )

@@ -1,4 +1,4 @@
-"""`isaacsim.core.api`: SimulationContext, World, Scene, PhysicsContext, tasks."""
+"""`isaacsim.core.api`: SimulationContext, World, PhysicsContext, tasks."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from graph.isaac.parameters import renamed
 from graph.isaac.session import app, kit, warn
 from graph.sim.usd import UsdGeom, UsdPhysics
 
-from .old_objects import GroundPlane
 from .prims import attribute
+from .scenes import Scene
 
 __all__ = [
     "BaseTask",
@@ -21,7 +21,6 @@ __all__ = [
     "FollowTarget",
     "PhysicsContext",
     "PickPlace",
-    "Scene",
     "SimulationContext",
     "World",
 ]
@@ -382,89 +381,6 @@ def _callback_calls() -> None:
 
 
 _callback_calls()
-
-
-class Scene:
-    def __init__(self) -> None:
-        self._objects: dict[str, Any] = {}
-
-    @property
-    def stage(self) -> Any:
-        return app().stage
-
-    def add(self, obj: Any) -> Any:
-        if obj.name in self._objects:
-            raise Exception(f"Cannot add the object {obj.name} to the scene since its name is not unique")
-        self._objects[obj.name] = obj
-        return obj
-
-    def get_object(self, name: str) -> Any:
-        return self._objects.get(name)
-
-    def object_exists(self, name: str) -> bool:
-        return name in self._objects
-
-    def remove_object(self, name: str, registry_only: bool = False) -> None:
-        found = self._objects.pop(name, None)
-        if found is not None and not registry_only:
-            app().stage.RemovePrim(found.prim_path)
-
-    def clear(self, registry_only: bool = False) -> None:
-        for name in list(self._objects):
-            self.remove_object(name, registry_only)
-
-    def add_ground_plane(
-        self,
-        size: float | None = None,
-        z_position: float = 0,
-        name: str = "ground_plane",
-        prim_path: str = "/World/groundPlane",
-        static_friction: float = 0.5,
-        dynamic_friction: float = 0.5,
-        restitution: float = 0.8,
-        color: Any = None,
-    ) -> GroundPlane:
-        from .materials import PhysicsMaterial
-
-        material = PhysicsMaterial(
-            f"{prim_path}/material", "ground_material", static_friction, dynamic_friction, restitution
-        )
-        made = GroundPlane(prim_path, name, size, z_position, color=color, physics_material=material)
-        self.add(made)
-        return made
-
-    def add_default_ground_plane(
-        self,
-        z_position: float = 0,
-        name: str = "default_ground_plane",
-        prim_path: str = "/World/defaultGroundPlane",
-        static_friction: float = 0.5,
-        dynamic_friction: float = 0.5,
-        restitution: float = 0.8,
-    ) -> GroundPlane:
-        return self.add_ground_plane(None, z_position, name, prim_path, static_friction, dynamic_friction, restitution)
-
-    def compute_object_AABB(self, name: str) -> tuple[np.ndarray, np.ndarray]:
-        from .prim_utils import compute_aabb
-
-        box = compute_aabb(self._objects[name].prim_path)
-        return box[:3], box[3:]
-
-    @inert("isaacsim.core.api")
-    def enable_bounding_boxes_computations(self) -> None:
-        return None
-
-    @inert("isaacsim.core.api")
-    def disable_bounding_boxes_computations(self) -> None: ...
-
-    def post_reset(self) -> None:
-        for one in self._objects.values():
-            one.post_reset()
-
-    def initialize(self) -> None:
-        """Gives every object its physics."""
-        for one in self._objects.values():
-            one.initialize(None)
 
 
 class DataLogger:

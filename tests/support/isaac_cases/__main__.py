@@ -43,7 +43,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--module-limit", type=float, default=900.0, metavar="S", help="time of a module [s]")
     parser.add_argument("--helpers", default="", metavar="NAMES", help="modules that come from the folders, too")
     parser.add_argument("--no-cuda", action="store_true", help='leave "cuda" out of the lists of devices in tests')
-    parser.add_argument("--exec", default="", metavar="OPTIONS", help="options of graph exec, such as --rclpy")
+    parser.add_argument("--exec", default="", metavar="OPTIONS", help="options of graph exec: --exec=--rclpy")
     parser.add_argument("--trace", action="store_true", help="print tracebacks")
     options = parser.parse_args(arguments)
     folders = [folder.resolve() for folder in options.folders]
@@ -52,7 +52,10 @@ def main(arguments: list[str] | None = None) -> int:
     if not chosen:
         parser.error("no folder has a module of tests: .../tests/test_*.py")
     only = "" if len(chosen) < len(modules) else options.only
-    done = [run(module, folders, options, only) for module in chosen]
+    done = []
+    for module in chosen:
+        done.append(run(module, folders, options, only))
+        print(module, dict(done[-1].count()), file=sys.stderr, flush=True)
     report([one for one in done if one.cases], trace=options.trace)
     return 0
 

@@ -1,0 +1,122 @@
+"""Files of assets, the registry of a scene, and readings of sensors by their paths, as scripts ask for them."""
+
+START = """from isaacsim import SimulationApp
+app = SimulationApp({"headless": True})
+"""
+
+
+def test_usd_files_below_a_folder_are_found_by_depth_pattern_and_exclusion(run_script, tmp_path):
+    for name in ("a.usd", "b.txt", "Props/c.usda", "Props/deep/d.USDZ"):
+        file = tmp_path / "assets" / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text("#usda 1.0\n")
+    code, out, err = run_script(
+        START
+        + """from isaacsim.storage.native import find_filtered_files_async, find_files_recursive, resolve_asset_path
+from isaacsim.storage.native import find_filtered_files as find
+root = "omniverse://host/Isaac"
+short = lambda found: sorted(one.removeprefix(root) for one in found)
+print(short(find([root])), short(find([root], max_depth=1)))
+print(short(find([root], None, ["Props"])), short(find([root], None, None, ["/a[.]", "deep"])))
+print(short(find([root], None, None, ["Props", "deep"], True)), short(find([root + "/no"])))
+print(short(app.run_coroutine(find_filtered_files_async(root, ["c[.]usda"]))), short(find_files_recursive([root])))
+print(resolve_asset_path("/Props/c.usda"), resolve_asset_path("/none.usd"))
+app.close()
+""",
+        "--asset-root",
+        f"omniverse://host/Isaac={tmp_path / 'assets'}",
+    )
+    assert code == 0, err
+    assert out.splitlines() == [
+        "['/Props/c.usda', '/Props/deep/d.USDZ', '/a.usd'] ['/Props/c.usda', '/a.usd']",
+        "['/a.usd'] ['/Props/deep/d.USDZ', '/a.usd']",
+        "['/Props/deep/d.USDZ'] []",
+        "['/Props/c.usda'] ['/Props/c.usda', '/Props/deep/d.USDZ', '/a.usd', '/b.txt']",
+        "omniverse://host/Isaac/Props/c.usda None",
+    ]
+
+
+def test_paths_and_addresses_are_joined_and_compared(run_script):
+    code, out, err = run_script(
+        START
+        + """from isaacsim.storage.native import is_local_path, path_dirname, path_join, path_relative
+print(path_join("omniverse://s/a/b/", "./c.usd"), path_join("https://s/a/b", "../c.usd"), path_join("/a", "c.usd"))
+print(path_dirname("omniverse://s/a/c.usd"), path_dirname("/a/c.usd"), path_relative("https://s/a/b/c", "https://s/a/"))
+print(is_local_path(""), is_local_path("sftp://s/a"))
+try:
+    path_relative("https://s/a", "https://t/a")
+except ValueError as error:
+    print(error)
+app.close()
+"""
+    )
+    assert code == 0, err
+    assert out.splitlines() == [
+        "omniverse://s/a/b/c.usd https://s/a/c.usd /a/c.usd",
+        "omniverse://s/a/ /a/ b/c",
+        "True False",
+        "https://s/a is on another server than https://t/a",
+    ]
+
+
+def test_a_registry_keeps_one_object_for_each_name(run_script):
+    code, out, err = run_script(
+        START
+        + """from isaacsim.core.api.scenes import SceneRegistry
+registry = SceneRegistry()
+registry.add_robot(name="it", robot=1)
+try:
+    registry.add_xform_view("it", 2)
+except ValueError as error:
+    print(error)
+print(registry.get_object("it"), registry.robots, registry.xform_prim_views, registry.name_exists("other"))
+registry.remove_object("it")
+print(registry.get_object("it"))
+app.close()
+"""
+    )
+    assert code == 0, err
+    assert out.splitlines() == [
+        "Cannot add the object it to the scene since its name is not unique",
+        "1 {'it': 1} {} False",
+        "None",
+    ]
+
+
+def test_contacts_and_motion_are_read_by_the_paths_of_sensors(run_script):
+    # A cube of 2 kg at rest on the ground presses with 2 x 9.81 N; its IMU feels 9.81 m/s2 upwards.
+    code, out, err = run_script(
+        START
+        + """import omni.kit.commands, omni.timeline
+from isaacsim.core.experimental.objects import Cube, GroundPlane
+from isaacsim.core.experimental.prims import GeomPrim, RigidPrim
+from isaacsim.sensors.physics import _sensor
+GroundPlane("/World/ground")
+Cube("/World/Cube", sizes=1.0, positions=[0.0, 0.0, 0.5])
+GeomPrim("/World/Cube", apply_collision_apis=True)
+RigidPrim("/World/Cube", masses=[2.0])
+omni.kit.commands.execute("IsaacSensorCreateContactSensor", path="/touch", parent="/World/Cube", max_threshold=1e7)
+omni.kit.commands.execute("IsaacSensorCreateImuSensor", path="/imu", parent="/World/Cube")
+touch, imu = _sensor.acquire_contact_sensor_interface(), _sensor.acquire_imu_sensor_interface()
+print(touch.is_contact_sensor("/World/Cube/touch"), touch.get_sensor_reading("/World/Cube/touch").is_valid)
+omni.timeline.get_timeline_interface().play()
+for _ in range(90):
+    app.update()
+print(touch.is_contact_sensor("/World/Cube/touch"), touch.is_contact_sensor("/World/Cube"), imu.is_imu_sensor("/none"))
+reading, raw = touch.get_sensor_reading("/World/Cube/touch"), touch.get_contact_sensor_raw_data("/World/Cube/touch")
+print(reading.inContact, round(reading.value, 1), {touch.decode_body_name(one) for one in raw["body0"]})
+of_body = touch.get_rigid_body_raw_data("/World/Cube")
+print(round(float(sum(raw["impulse"]["z"] / raw["dt"])), 1), len(of_body) == len(raw))
+felt = imu.get_sensor_reading("/World/Cube/imu")
+print(felt.is_valid, round(felt.lin_acc_z, 1), [round(one, 2) + 0.0 for one in felt.orientation])
+app.close()
+"""
+    )
+    assert code == 0, err
+    assert out.splitlines() == [
+        "False False",
+        "True False False",
+        "True 19.6 {'/World/Cube'}",
+        "19.6 True",
+        "True 9.8 [0.0, 0.0, 0.0, 1.0]",
+    ]
