@@ -43,21 +43,67 @@ class Mesh(Colored):
         return [result(self.geoms[one].GetPointsAttr().Get()) for one in numbers(indices, len(self))]
 
     def set_face_specs(
-        self, vertex_indices: Any = None, vertex_counts: Any = None, *_: Any, indices: Any = None, **__: Any
+        self,
+        vertex_indices: Any = None,
+        vertex_counts: Any = None,
+        varying_linear_interpolations: Any = None,
+        hole_indices: Any = None,
+        *,
+        indices: Any = None,
     ) -> None:
-        for row, one in enumerate(numbers(indices, len(self))):
-            if vertex_indices is not None:
-                self.geoms[one].CreateFaceVertexIndicesAttr().Set([int(v) for v in array(vertex_indices[row])])
-            if vertex_counts is not None:
-                self.geoms[one].CreateFaceVertexCountsAttr().Set([int(v) for v in array(vertex_counts[row])])
+        given = (vertex_indices, vertex_counts, varying_linear_interpolations, hole_indices)
+        if all(one is None for one in given):
+            raise AssertionError("give vertex indices, counts, interpolations or hole indices of faces")
+        self._set_lists("faceVertexIndices", vertex_indices, indices)
+        self._set_lists("faceVertexCounts", vertex_counts, indices)
+        self._set_lists("holeIndices", hole_indices, indices)
+        if varying_linear_interpolations is not None:
+            chosen = numbers(indices, len(self))
+            for one, word in zip(chosen, words(varying_linear_interpolations, len(chosen)), strict=True):
+                self.geoms[one].CreateFaceVaryingLinearInterpolationAttr().Set(word)
 
-    def get_face_specs(self, *, indices: Any = None) -> tuple[list[Result], list[Result], list[str]]:
-        found = [self.geoms[one] for one in numbers(indices, len(self))]
-        return (
-            [result(one.GetFaceVertexIndicesAttr().Get() or (), np.int32) for one in found],
-            [result(one.GetFaceVertexCountsAttr().Get() or (), np.int32) for one in found],
-            [str(one.GetFaceVaryingLinearInterpolationAttr().Get()) for one in found],
-        )
+    def get_face_specs(self, *, indices: Any = None) -> tuple[list[Result], list[Result], list[str], list[Result]]:
+        chosen = numbers(indices, len(self))
+        rules = [str(self.geoms[one].GetFaceVaryingLinearInterpolationAttr().Get()) for one in chosen]
+        corners, counts = self._lists("faceVertexIndices", indices), self._lists("faceVertexCounts", indices)
+        return corners, counts, rules, self._lists("holeIndices", indices)
+
+    def set_crease_specs(
+        self, crease_indices: Any, crease_lengths: Any, crease_sharpnesses: Any, *, indices: Any = None
+    ) -> None:
+        rows = zip(crease_indices, crease_lengths, crease_sharpnesses, strict=True)
+        for corners, lengths, sharpnesses in (map(_flat, row) for row in rows):
+            if lengths.sum() != corners.size:
+                raise AssertionError(f"the lengths of creases add up to {lengths.sum()}, not {corners.size} indices")
+            if sharpnesses.size not in (lengths.size, (lengths - 1).sum()):
+                raise AssertionError(f"{sharpnesses.size} values of sharpness are not one a crease or one an edge")
+        self._set_lists("creaseIndices", crease_indices, indices)
+        self._set_lists("creaseLengths", crease_lengths, indices)
+        self._set_lists("creaseSharpnesses", crease_sharpnesses, indices, np.float32)
+
+    def get_crease_specs(self, *, indices: Any = None) -> tuple[list[Result], list[Result], list[Result]]:
+        corners, lengths = self._lists("creaseIndices", indices), self._lists("creaseLengths", indices)
+        return corners, lengths, self._lists("creaseSharpnesses", indices, np.float32)
+
+    def set_corner_specs(self, corner_indices: Any, corner_sharpnesses: Any, *, indices: Any = None) -> None:
+        for corners, sharpnesses in zip(corner_indices, corner_sharpnesses, strict=True):
+            if _flat(corners).size != _flat(sharpnesses).size:
+                raise AssertionError("each corner needs one value of sharpness")
+        self._set_lists("cornerIndices", corner_indices, indices)
+        self._set_lists("cornerSharpnesses", corner_sharpnesses, indices, np.float32)
+
+    def get_corner_specs(self, *, indices: Any = None) -> tuple[list[Result], list[Result]]:
+        return self._lists("cornerIndices", indices), self._lists("cornerSharpnesses", indices, np.float32)
+
+    def _set_lists(self, name: str, values: Any, indices: Any, kind: Any = np.int32) -> None:
+        """Writes an array attribute of each mesh; one row counts for all."""
+        chosen = numbers(indices, len(self))
+        for row, one in enumerate(() if values is None else chosen):
+            self.prims[one].GetAttribute(name).Set(_flat(values[0 if len(values) == 1 else row]).astype(kind).tolist())
+
+    def _lists(self, name: str, indices: Any, kind: Any = np.int32) -> list[Result]:
+        chosen = numbers(indices, len(self))
+        return [result(self.prims[one].GetAttribute(name).Get() or (), kind) for one in chosen]
 
     def set_normals(self, normals: Any, *, indices: Any = None) -> None:
         for one, values in zip(numbers(indices, len(self)), normals, strict=True):
@@ -89,6 +135,10 @@ class Mesh(Colored):
 
 
 _SUBDIVISION = ("subdivisionScheme", "interpolateBoundary", "triangleSubdivisionRule")
+
+
+def _flat(values: Any) -> np.ndarray:
+    return np.asarray(array(values)).reshape(-1)
 
 
 def _primitive(name: str) -> tuple[np.ndarray, list[int], list[int]]:

@@ -205,7 +205,16 @@ class RigidPrim(XformPrim):
         return result([[1 / one if inverse and one else one] for one in found])
 
     def set_masses(self, masses: Any, *, indices: Any = None) -> None:
+        chosen, paths = self._bodies(indices)
+        if self._can_change(paths):
+            app().simulation.tensors.set_masses(masses=rows(masses, len(chosen), 1, "masses"), bodies=paths)
+            return
         self._author(masses, indices, lambda prim: UsdPhysics.MassAPI.Apply(prim).CreateMassAttr())
+
+    def _can_change(self, paths: list[str]) -> bool:
+        """Whether these bodies are simulated, and free to take another mass."""
+        physics = app().physics
+        return physics is not None and all(path in physics.body_paths and physics.is_free(path) for path in paths)
 
     def set_densities(self, densities: Any, *, indices: Any = None) -> None:
         self._author(densities, indices, lambda prim: UsdPhysics.MassAPI.Apply(prim).CreateDensityAttr())
@@ -255,9 +264,12 @@ class RigidPrim(XformPrim):
         return result([(np.linalg.pinv(one) if inverse else one).reshape(9) for one in found])
 
     def set_inertias(self, inertias: Any, *, indices: Any = None) -> None:
-        """The diagonals of (N, 9), about the principal axes; they act from the next play on."""
-        chosen = numbers(indices, len(self))
+        """The diagonals of (N, 9), about the principal axes; of jointed bodies they act from the next play on."""
+        chosen, paths = self._bodies(indices)
         given = rows(inertias, len(chosen), 9, "inertias")
+        if given is not None and self._can_change(paths):
+            app().simulation.tensors.set_masses(inertias=given[:, [0, 4, 8]], bodies=paths)
+            return
         for row, one in enumerate(chosen):
             if given is not None:
                 api = UsdPhysics.MassAPI.Apply(self.prims[one])

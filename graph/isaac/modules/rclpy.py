@@ -147,6 +147,19 @@ class Node:
         self._heard = [one for one in self._heard if one[0] is not subscription]
         return True
 
+    def count_publishers(self, topic_name: str) -> int:
+        topic = app().bus.topics.get(self._topic(topic_name))
+        return 0 if topic is None else len(topic.owners)
+
+    def count_subscribers(self, topic_name: str) -> int:
+        return app().bus.count_subscriptions(self._topic(topic_name))
+
+    def get_topic_names_and_types(self, no_demangle: bool = False) -> list[tuple[str, list[str]]]:
+        bus = app().bus
+        types = {name: one.type_name for name, one in bus.listened().items()}
+        types |= {name: one.type_name for name, one in bus.topics.items()}
+        return [(name, [types[name]]) for name in sorted(types)]
+
     def create_timer(self, timer_period_sec: float, callback: Callable[[], Any], **_: Any) -> Any:
         held = [float(timer_period_sec), callback, float(app().simulation.time) + float(timer_period_sec)]
         self._timers.append(held)

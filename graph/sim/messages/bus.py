@@ -177,6 +177,10 @@ class MessageBus(Suggesting):
         """Whether a subscription receives this topic (sinks do not count)."""
         return topic_name(topic) in self._subscriptions
 
+    def count_subscriptions(self, topic: str) -> int:
+        """The number of subscriptions to this topic (sinks do not count)."""
+        return len(self._subscriptions.get(topic_name(topic), ()))
+
     def listened(self) -> dict[str, Subscription]:
         """The topics that subscriptions receive, each with its first subscription."""
         return {topic: listed[0] for topic, listed in self._subscriptions.items()}

@@ -184,6 +184,13 @@ class PhysicsEngine(Protocol):
     def inertias(self) -> Floats:
         """(B, 3, 3) about the centres of mass, along the bodies' axes [kg m2]; 0 for kinematic bodies."""
 
+    def set_masses(self, paths: Sequence[str], masses: Floats | None, diagonals: Floats | None) -> None:
+        """Gives free bodies masses (n,) [kg] and moments of inertia (n, 3) about their own axes [kg m2].
+
+        None keeps the present ones. Raises RunError, with nothing changed, for other bodies, for values that are not
+        positive, and for moments of a body whose principal axes are not its own.
+        """
+
     @property
     def centers_of_mass(self) -> Floats:
         """(B, 3) [m]."""

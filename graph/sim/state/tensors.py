@@ -115,6 +115,20 @@ class Tensors(Suggesting):
         physics = self._physics()
         return np.zeros((0, 3, 3)) if physics is None else physics.inertias
 
+    def set_masses(self, masses: Any = None, inertias: Any = None, bodies: Which = None) -> None:
+        """Gives free bodies other masses (n,) [kg] and moments of inertia (n, 3) about their axes [kg m2], until stop.
+
+        One row counts for all; None keeps the present ones. Raises RunError, with nothing changed, for bodies that a
+        joint or the user holds, for values that are not positive, and for moments of a body whose principal axes are
+        not its own; ValueError for wrong shapes.
+        """
+        physics, rows = self._chosen(bodies)
+        paths = [physics.body_paths[row] for row in rows]
+        given = None if masses is None else _rows("masses", np.reshape(masses, (-1, 1)), physics.masses[rows, None], 1)
+        moments = physics.inertias[rows][:, range(3), range(3)]
+        diagonals = None if inertias is None else _rows("inertias", inertias, moments, 3)
+        physics.set_masses(paths, None if given is None else given[:, 0], diagonals)
+
     @property
     def centers_of_mass(self) -> Floats:
         """(B, 3) in the world [m]."""

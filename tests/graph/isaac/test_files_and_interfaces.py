@@ -1,4 +1,4 @@
-"""Files of assets, the registry of a scene, and readings of sensors by their paths, as scripts ask for them."""
+"""Files of assets, meshes, the registry of a scene, and readings of sensors by their paths, as scripts ask for them."""
 
 START = """from isaacsim import SimulationApp
 app = SimulationApp({"headless": True})
@@ -119,4 +119,33 @@ app.close()
         "True 19.6 {'/World/Cube'}",
         "19.6 True",
         "True 9.8 [0.0, 0.0, 0.0, 1.0]",
+    ]
+
+
+def test_faces_creases_and_corners_of_meshes_are_kept(run_script):
+    code, out, err = run_script(
+        START
+        + """from isaacsim.core.experimental.objects import Mesh
+mesh = Mesh(["/A", "/B"], primitives="Plane")
+mesh.set_crease_specs([[0, 1, 2]], [[3]], [[2.0, 4.0]], indices=[1])
+mesh.set_corner_specs([[3]], [[10.0]])
+mesh.set_face_specs(varying_linear_interpolations=["all"], hole_indices=[[0]], indices=[0])
+lists = lambda found: [one.list() for one in found]
+print(*map(lists, mesh.get_crease_specs()), *map(lists, mesh.get_corner_specs()))
+corners, counts, rules, holes = mesh.get_face_specs()
+print(lists(corners)[1], lists(counts), rules, lists(holes))
+for wrong in (([[0, 1]], [[3]], [[1.0]]), ([[0, 1, 2]], [[3]], [[1.0, 2.0, 3.0]])):
+    try:
+        mesh.set_crease_specs(*wrong)
+    except AssertionError as error:
+        print(error)
+app.close()
+"""
+    )
+    assert code == 0, err
+    assert out.splitlines() == [
+        "[[], [0, 1, 2]] [[], [3]] [[], [2.0, 4.0]] [[3], [3]] [[10.0], [10.0]]",
+        "[0, 1, 2, 3] [[4], [4]] ['all', 'cornersPlus1'] [[0], []]",
+        "the lengths of creases add up to 3, not 2 indices",
+        "3 values of sharpness are not one a crease or one an edge",
     ]

@@ -108,3 +108,24 @@ def test_points_of_a_cloud_that_was_heard_are_read_by_their_fields(run_script):
         "True",
         "the publisher of /points is destroyed",
     ]
+
+
+def test_publishers_subscribers_and_topics_are_counted(run_script):
+    code, out, err = run_script(
+        SCRIPT.split("for number")[0]
+        + """
+app.update()
+print([node.count_publishers(one) for one in ("clock", "/cmd_vel", "nothing")])
+print([node.count_subscribers(one) for one in ("/clock", "cmd_vel", "text")])
+print(node.get_topic_names_and_types())
+app.close()
+""",
+        "--rclpy",
+    )
+    assert code == 0, err
+    assert out.splitlines() == [
+        "[1, 1, 0]",
+        "[1, 1, 0]",
+        "[('/clock', ['rosgraph_msgs/msg/Clock']), ('/cmd_vel', ['geometry_msgs/msg/Twist']), "
+        "('/text', ['std_msgs/msg/String'])]",
+    ]

@@ -45,7 +45,7 @@ class DeviceTwin:
         if self._left is not None and not self.stopped:
             now = self._state()
             if not all(map(np.array_equal, self._left, now)):
-                self.stopped = "the state, gains or time step of its bodies are set while it runs"
+                self.stopped = "the state, masses, gains or time step of its bodies are set while it runs"
 
     def step(self) -> None:
         """One step, with the controls and forces of the engine's."""
@@ -77,9 +77,10 @@ class DeviceTwin:
 
     def _state(self) -> list[Any]:
         engine = self._engine
-        options, drives = engine.model.opt, engine.drives
+        model, options, drives = engine.model, engine.model.opt, engine.drives
         return [
             *(engine.data.qpos, engine.data.qvel, options.timestep, options.gravity),
+            *(model.body_mass, model.body_inertia),
             *(drives.stiffness, drives.damping),
         ]
 

@@ -260,6 +260,13 @@ class MujocoEngine(PhysicsEngine):
         """(B,) [kg]."""
         return np.array(self.model.body_mass[1 : 1 + len(self.body_paths)])
 
+    def set_masses(self, paths: Sequence[str], masses: Floats | None, diagonals: Floats | None) -> None:
+        """Masses [kg] and moments of inertia [kg m2] of free bodies; see `PhysicsEngine`."""
+        from .mass_changes import set_masses
+
+        set_masses(self, paths, masses, diagonals)
+        self.forces.set_authored(self.world.forces)
+
     @property
     def inertias(self) -> Floats:
         """(B, 3, 3) about the centres of mass, along the bodies' axes [kg m2]."""

@@ -189,3 +189,73 @@ def test_metres_and_kilograms_whatever_the_stage_is_in():
         assert state.positions.tolist() == [[0, 0, 3]]
         state.set_poses([1, 2, 3])
         assert app.fabric.world_matrix("/Box")[:3, 3].tolist() == [100, 200, 300]
+
+
+def floating(damping):
+    damps = {"physxRigidBody:linearDamping": damping, "physxRigidBody:angularDamping": damping}
+    cube = {"type": "Cube", "size": 1, "rigid_body": True, "mass": 2, "attributes": damps}
+    return {
+        "/World/Scene": {"type": "PhysicsScene", "attributes": {"physics:gravityMagnitude": 0.0}},
+        "/World/Box": cube,
+        "/World/Other": {**cube, "translate": [5, 0, 0]},
+    }
+
+
+def test_another_mass_and_inertia_act_at_once_and_end_with_the_stop():
+    with App(physics_hz=240, loop_hz=240) as app:
+        app.add_prims(floating(0.0))
+        app.play()
+        app.update()
+        state = app.simulation.tensors
+        state.set_masses(masses=[8.0], inertias=[1.0, 2.0, 4.0], bodies="/World/Box")
+        assert state.masses == pytest.approx([8.0, 2.0])
+        assert state.inertias[0] == pytest.approx(np.diag([1.0, 2.0, 4.0]))
+        state.set_forces([16.0, 0, 0], [1.0, 0, 0], bodies="/World/Box")
+        state.set_forces([16.0, 0, 0], [1.0, 0, 0], bodies="/World/Other")
+        app.update()
+        # One step of 1/240 s: v = F t / m, w = M t / I; the other cube of 2 kg and 1 m has I = m / 6.
+        assert state.linear_velocities[:, 0] == pytest.approx([2 / 240, 8 / 240])
+        assert state.angular_velocities[:, 0] == pytest.approx([1 / 240, 3 / 240])
+        app.stop()
+        app.play()
+        app.update()
+        assert state.masses == pytest.approx([2.0, 2.0])
+
+
+def test_damping_takes_the_same_share_of_the_momentum_of_another_mass():
+    with App(physics_hz=240, loop_hz=240) as app:
+        app.add_prims(floating(3.0))
+        app.play()
+        app.update()
+        state = app.simulation.tensors
+        state.set_masses(masses=[8.0], inertias=[1.0, 2.0, 4.0], bodies="/World/Box")
+        state.set_velocities([1.0, 0, 0], [0, 0, 1.0])
+        app.update(10)
+        slowed, turning = state.linear_velocities[:, 0], state.angular_velocities[:, 2]
+        assert slowed[0] == pytest.approx(slowed[1])
+        assert turning[0] == pytest.approx(turning[1])
+        assert slowed[0] < 0.95
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"masses": [0.0]}, "/World/Box: mass 0.0 is not positive"),
+        ({"inertias": [1.0, -1.0, 1.0]}, "is not positive"),
+    ],
+)
+def test_a_mass_that_is_not_positive_is_refused(given, message):
+    with App() as app:
+        app.add_prims(floating(0.0))
+        app.play()
+        app.update()
+        with pytest.raises(RunError, match=message):
+            app.simulation.tensors.set_masses(bodies="/World/Box", **given)
+        assert app.simulation.tensors.masses == pytest.approx([2.0, 2.0])
+
+
+def test_the_mass_of_a_jointed_body_stays_until_the_next_play(pendulum):
+    pendulum.play()
+    pendulum.update()
+    with pytest.raises(RunError, match="only that of a free body can"):
+        pendulum.simulation.tensors.set_masses(masses=[1.0])
