@@ -300,12 +300,29 @@ class Mirror:
     def _apply(self, path: str, before: State, now: State) -> None:
         from graph.isaac.og import Controller, Keys
 
+        self._set_variables(path, before.rest, now.rest)
         controller = Controller(graphs=self._graphs)
         for commands in edits(before, now, self._prims.default):
             for end, value in commands.pop(Keys.SET_VALUES, ()):  # without compiling the graph
                 self._attempt(path, partial(controller.set, f"{path}/{end}", value))
             if commands:
                 self._attempt(path, partial(controller.edit, path, commands))
+
+    def _set_variables(self, path: str, before: GraphSpec, now: GraphSpec) -> None:
+        """Gives variables the values that they have on the stage now: at present, and at each start."""
+        was = before.variables
+        new = {name: one for name, one in now.variables.items() if name in was and not same(was[name].value, one.value)}
+        if not new:
+            return
+        spec = self._graphs.current_spec(path)
+        values = {
+            name: replace(one, value=new[name].value) if name in new else one for name, one in spec.variables.items()
+        }
+        self._attempt(path, partial(self._graphs.apply, [replace(spec, variables=values)], {}))
+        graph = self._graphs.get(path)
+        for name, one in new.items():
+            if one.value is not None and name in graph.variables:
+                graph.variables[name] = one.value
 
     def _attempt(self, path: str, action: Any) -> None:
         try:

@@ -281,7 +281,7 @@ class LightInputs:
         return self._known[name]
 
     def number(self, name: str, default: float = 0.0) -> float:
-        """The value of an attribute, or the default where it has none."""
+        """The value of an attribute; the default without one."""
         found = numbers_of(self._get(name), 1)
         return found[0] if found else default
 

@@ -333,7 +333,15 @@ def _select(new_selected_paths: Any = (), old_selected_paths: Any = (), **_: Any
     get_context().selection.set_selected_prim_paths(list(new_selected_paths))
 
 
+def _conveyor(prim_name: str = "ConveyorBeltGraph", conveyor_prim: Any = None) -> Any:
+    from .conveyors import create_conveyor_belt
+
+    stage = app().stage
+    return create_conveyor_belt(stage, conveyor_prim or stage.GetDefaultPrim(), prim_name)
+
+
 _COMMANDS: dict[str, Callable[..., Any]] = {
+    "CreateConveyorBelt": _conveyor,
     "IsaacSensorCreateRtxLidar": _rtx("Lidar", "/RtxLidar"),
     "IsaacSensorCreateRtxRadar": _rtx("Radar", "/RtxRadar"),
     "IsaacSensorCreateRtxUltrasonic": _rtx("Acoustic", "/RtxUltrasonic", "acoustic_rtx"),

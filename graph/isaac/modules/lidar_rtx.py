@@ -20,16 +20,13 @@ from sensors.handles import resolve
 from sensors.products import product_name, render_product
 from sensors.replicator import get_annotator, get_writer
 
-from .nonvisual_materials import apply_nonvisual_material, get_material_id
 from .old_prims import SingleXFormPrim
 
 __all__ = [
     "SUPPORTED_LIDAR_CONFIGS",
     "SUPPORTED_LIDAR_VARIANT_SET_NAME",
     "LidarRtx",
-    "apply_nonvisual_material",
     "get_gmo_data",
-    "get_material_id",
 ]
 SUPPORTED_LIDAR_VARIANT_SET_NAME = "sensor"
 

@@ -1,4 +1,4 @@
-"""`NonVisualMaterial` of `isaacsim.core.experimental.materials`, and the calls of `isaacsim.sensors.rtx` for it."""
+"""`NonVisualMaterial` of `isaacsim.core.experimental.materials`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from graph.isaac.results import Result, array, result
 from graph.sim.scene.nonvisual import ATTRIBUTES, BASES, COATINGS, PREFIX
-from graph.sim.usd import Sdf, UsdShade
+from graph.sim.usd import UsdShade
 
 from .accessors import text
 from .prim_base import Prim
@@ -20,8 +20,6 @@ __all__ = [
     "BASE_SPEC",
     "COATING_SPEC",
     "NonVisualMaterial",
-    "apply_nonvisual_material",
-    "get_material_id",
 ]
 BASE_SPEC = {name: number for number, name in enumerate(BASES)}
 COATING_SPEC = {name: number for number, name in enumerate(COATINGS)}
@@ -61,24 +59,3 @@ class NonVisualMaterial(Prim):
             return known.get(number >> shift & mask, "none")
 
         return [(name_of(0, int(one)), name_of(1, int(one)), name_of(2, int(one))) for one in array(ids).flat]
-
-
-def apply_nonvisual_material(
-    prim: Any, base: str = "none", coating: str = "none", attribute: str = "none", attributes: Any = None
-) -> bool:
-    """Puts the names on a Material prim, or binds a material of these names to another prim."""
-    from graph.sim.scene import nonvisual
-
-    found = usd_stage().GetPrimAtPath(prim) if isinstance(prim, str) else prim
-    kept = attributes if attributes is not None else attribute
-    names = nonvisual.parse({"base": base, "coating": coating, "attributes": kept})
-    if found.IsA(UsdShade.Material):
-        for name, value in zip(("base", "coating", "attributes"), names, strict=True):
-            found.CreateAttribute(f"{PREFIX}:{name}", Sdf.ValueTypeNames.Token).Set(value)
-    else:
-        nonvisual.bind(usd_stage(), found, names)
-    return True
-
-
-def get_material_id(prim: Any) -> int:
-    return int(NonVisualMaterial.encode_material_ids(prim).numpy()[0, 0])

@@ -57,10 +57,8 @@ class _Api(OwnSchema):
 
     @classmethod
     def Get(cls, stage: Any, path: Any) -> _Api:
-        return cls(
-            stage.GetPrimAtPath(path) if isinstance(stage, Usd.Stage) else stage,
-            "" if not isinstance(path, str) else path,
-        )
+        """Of the prim at a path of a stage; or of a prim, with the name of the instance."""
+        return cls(stage.GetPrimAtPath(path)) if isinstance(stage, Usd.Stage) else cls(stage, str(path))
 
     @classmethod
     def CanApply(cls, prim: Any, *_: Any) -> bool:

@@ -11,7 +11,7 @@ from sensors.camera.sensor import CameraSensor as OurCameraSensor
 from sensors.camera.structured_light import StructuredLightCamera
 from sensors.camera.tiled_sensor import TiledCameraSensor
 from sensors.configs import SUPPORTED_CAMERA_CONFIGS, SUPPORTED_LIDAR_CONFIGS
-from sensors.gmo import GenericModelOutput, parse_generic_model_output_data
+from sensors.gmo import GenericModelOutput, getMagicNumberGMO, parse_generic_model_output_data
 from sensors.lidar.authoring import Lidar as OurLidar
 from sensors.lidar.sensor import LidarSensor as OurLidarSensor
 from sensors.radar.authoring import Radar as OurRadar
@@ -34,6 +34,8 @@ __all__ = [
     "SingleViewDepthCameraSensor",
     "StructuredLightCamera",
     "TiledCameraSensor",
+    "getMagicNumberGMO",
+    "getModelOutputFromBuffer",
     "parse_generic_model_output_data",
     "parse_object_ids",
     "parse_stable_id_map_data",
@@ -42,6 +44,7 @@ __all__ = [
     "unregister_annotator_spec",
     "unregister_writer_spec",
 ]
+getModelOutputFromBuffer = parse_generic_model_output_data  # noqa: N816
 
 
 def parse_object_ids(obj_ids: Any) -> list[int]:

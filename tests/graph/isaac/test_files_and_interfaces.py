@@ -149,3 +149,50 @@ app.close()
         "the lengths of creases add up to 3, not 2 indices",
         "3 values of sharpness are not one a crease or one an edge",
     ]
+
+
+def test_old_calls_for_non_visual_materials_take_names_and_numbers(run_script):
+    code, out, err = run_script(
+        START
+        + """import omni.usd
+from isaacsim.sensors.rtx import ATTR_BASE, apply_nonvisual_material, decode_material_id, get_material_id
+from pxr import UsdGeom, UsdShade
+stage = omni.usd.get_context().get_stage()
+prim = UsdShade.Material.Define(stage, "/M").GetPrim()
+print(apply_nonvisual_material(prim, 10, "paint_clearcoat", attribute=2), prim.GetAttribute(ATTR_BASE).Get())
+print(get_material_id(prim), decode_material_id(get_material_id(prim)), decode_material_id(100))
+other = UsdGeom.Xform.Define(stage, "/X").GetPrim()
+print(apply_nonvisual_material(prim, "tim"), apply_nonvisual_material(other, "tin"), get_material_id(other))
+try:
+    decode_material_id(1 << 16)
+except ValueError as error:
+    print(error)
+app.close()
+"""
+    )
+    assert code == 0, err
+    # base 10, coating 3, attribute 2: 10 + 3 x 256 + 2 x 2048.
+    assert out.splitlines() == [
+        "True tin",
+        "4874 ('tin', 'paint_clearcoat', 'retroreflective') ('none', 'none', 'none')",
+        "False False 0",
+        "material id 65536 is outside valid uint16 range",
+    ]
+    assert "material-unknown" in err
+
+
+def test_a_schema_is_found_by_stage_and_path_and_by_prim_and_instance(run_script):
+    code, out, err = run_script(
+        START
+        + """import omni.usd
+from pxr import PhysxSchema, UsdPhysics
+stage = omni.usd.get_context().get_stage()
+prim = UsdPhysics.Scene.Define(stage, "/physics").GetPrim()
+PhysxSchema.PhysxSceneAPI.Apply(prim)
+print(PhysxSchema.PhysxSceneAPI.Get(stage, "/physics").CreateEnableCCDAttr(True).GetName())
+print(PhysxSchema.PhysxLimitAPI.Get(prim, "linear").CreateStiffnessAttr(2.0).GetName())
+app.close()
+"""
+    )
+    assert code == 0, err
+    assert out.splitlines() == ["physxScene:enableCCD", "physxLimit:linear:stiffness"]

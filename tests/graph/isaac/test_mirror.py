@@ -181,3 +181,18 @@ print(og.Controller.get("/World/G/late.outputs:count"))
         "2.0 onStage",
         "2",
     ]
+
+
+def test_a_variable_that_gets_another_value_on_the_stage_has_it_at_once_and_at_the_next_start(printed):
+    lines, _ = printed("""
+og.Controller.edit("/World/G", {keys.CREATE_VARIABLES: [("speed", "double", 1.0)]})
+speed = og.get_graph_by_path("/World/G").find_variable("speed")
+stage.GetPrimAtPath("/World/G").GetAttribute("graph:variable:speed").Set(2.0)
+og.get_graph_by_path("/World/G")
+print(speed.get())
+run(1)
+timeline.stop()
+app.update()
+print(speed.get(), og.Controller.get_variable_default_value(speed))
+""")
+    assert lines == ["2.0", "2.0 2.0"]
