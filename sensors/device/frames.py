@@ -202,7 +202,7 @@ class _Plan:
 
 def _bytes(name: str, values: Any) -> np.ndarray:
     rows = np.ascontiguousarray(np.asarray(values, CHANNELS[name].dtype))
-    return rows.reshape(len(rows), -1).view(np.uint8)
+    return rows.reshape(len(rows), CHANNELS[name].width).view(np.uint8)
 
 
 def _integers(values: Any, device: Any) -> Any:

@@ -112,6 +112,14 @@ def cloth_on(device):
 
 
 @on_each
+def test_a_world_without_anything_gives_frames_without_returns(device):
+    with weightless(device=device, settings={"/rtx-transient/stableIds/enabled": True}) as app:
+        product = add_lidar(app, config=rotary(ticks=90), channels=EVERYTHING | {"objId"})
+        found = frames_of(app, product, 20)
+        assert [one.count for one in found] == [0] * len(found) != []
+
+
+@on_each
 def test_a_deforming_body_is_met_where_it_is_now(device):
     ours, theirs = cloth_on(device), cloth_on("cpu")
     for here, there in zip(ours, theirs, strict=True):
