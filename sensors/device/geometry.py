@@ -63,8 +63,11 @@ class Geometry:
         self.items = self._items(solids, moving, bodies)
         self.count = len(solids) + len(moving)
         """Number of items: solids and moving meshes."""
-        self.kinds = bool(solids), bool(moving), bool(soft), self.count <= FEW_ITEMS
-        """What there is, as the kernels are made for: solids, moving meshes, deforming ones, and few items."""
+        there = (bool(solids), bool(moving), bool(soft)) if device.is_cuda else (True, True, True)
+        self.kinds = *there, self.count <= FEW_ITEMS
+        """What the kernels are made for: solids, moving meshes, deforming ones, and few items. What is not there costs
+        registers on a card only; on the processor fewer kernels are compiled.
+        """
         self.placed = self._room()
         flags = np.zeros(max(len(surfaces), 1), np.uint8)
         flags[list(skip)] = 1
