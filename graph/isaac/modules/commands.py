@@ -95,6 +95,9 @@ def _free(path: str) -> str:
     return get_stage_next_free_path(app().stage, path, False)
 
 
+_AUX_LEVELS = {"omni:sensor:Core:auxOutputType", "omni:sensor:WpmDmat:auxOutputType"}
+
+
 def _rtx(kind: str, default: str, module: str = "sensors_rtx") -> Callable[..., Any]:
     def made(
         path: str = default,
@@ -112,6 +115,8 @@ def _rtx(kind: str, default: str, module: str = "sensors_rtx") -> Callable[..., 
         place = None if translation is None else np.asarray(translation, float)
         attributes = {**(attributes or {}), **{key: value for key, value in rest.items() if ":" in key}}
         options: dict[str, Any] = {"translations": place, "orientations": _quaternion(orientation)}
+        for name in _AUX_LEVELS & attributes.keys():  # what the attribute of former versions has become
+            options["aux_output_level"] = str(attributes.pop(name))
         if attributes:
             options["attributes"] = attributes
         full = _free(_sensor_path(path, parent))

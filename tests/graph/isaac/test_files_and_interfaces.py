@@ -196,3 +196,19 @@ app.close()
     )
     assert code == 0, err
     assert out.splitlines() == ["physxScene:enableCCD", "physxLimit:linear:stiffness"]
+
+
+def test_a_command_takes_the_former_attribute_for_the_level_of_a_lidar(run_script):
+    code, out, err = run_script(
+        START
+        + """import omni.kit.commands
+options = {"omni:sensor:Core:auxOutputType": "FULL", "omni:sensor:Core:scanRateBaseHz": 20.0}
+_, prim = omni.kit.commands.execute("IsaacSensorCreateRtxLidar", path="lidar", **options)
+level = prim.GetAttribute("_replicator:rendervar:GenericModelOutput:channels").Get()
+print(prim.GetAttribute("omni:sensor:Core:scanRateBaseHz").Get(), list(level))
+app.close()
+"""
+    )
+    assert code == 0, err
+    assert out.splitlines() == ["20 ['FULL']"]
+    assert "unknown-attribute" not in err

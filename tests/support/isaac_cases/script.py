@@ -137,6 +137,7 @@ except Exception as error:
     found = {name: told(error) for name in written_cases(importlib.util.find_spec(module)) if only in name}
     write()
     simulation_app.close()
+write()
 for made in [one for one in vars(loaded).values() if isinstance(one, type)]:
     if issubclass(made, unittest.TestCase) and made.__module__ == module:
         for name in unittest.defaultTestLoader.getTestCaseNames(made):
