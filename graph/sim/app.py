@@ -115,19 +115,9 @@ class App(Suggesting):
         )
         loop_hz = loop_hz if knobs.loop_hz is None else knobs.loop_hz
         choice = checked_choice(when_playing or str(self.settings.get(keys.WHEN_PLAYING)))
-        self.phases = Phases()
         with mapped(asset_roots or {}):
             self.world = open_world(
-                stage,
-                mjcf,
-                engine=physics,
-                fidelity=knobs,
-                when_playing=choice,
-                warn=warn,
-                settings=self.settings,
-                seed=self.seed,
-                phases=self.phases,
-                allow=allow,
+                stage, mjcf, engine=physics, fidelity=knobs, when_playing=choice, warn=warn, allow=allow
             )
         authored = self.world.authored_rate
         physics_rate, loop_rate = clock_rates(
@@ -141,6 +131,7 @@ class App(Suggesting):
         )
         experience_settings(self.settings, experience, loop_rate if loop_hz is not None else None, self.stage)
 
+        self.phases = Phases()
         self.bus = MessageBus()
         self.wall_clock: WallClock = wall_clock if wall_clock is not None else VirtualClock()
         self.run_loop = RunLoop(self.settings, self.wall_clock, 1 / loop_rate)
@@ -150,6 +141,7 @@ class App(Suggesting):
         clock = self.bus.clock = PhysicsClock(physics_rate)
         self.rendering = self.world.rendering = self._new_rendering(clock)
         self.rendering.scene = self.world
+        self.world.settings, self.world.seed, self.world.phases = self.settings, self.seed, self.phases
         self.simulation = self.world.times = self._new_simulation(
             clock, follows_stage_rate=physics_hz is None and knobs.physics_hz is None and experience != "zero_delay"
         )
@@ -183,7 +175,7 @@ class App(Suggesting):
         self.metrics: dict[str, float] = {}
         """Values that nodes write into the report, by name."""
         self._told_closing = False
-        entered.begin(self)
+        entered.living.add(self)
 
     def _new_rendering(self, clock: PhysicsClock) -> SensorScheduler:
         run_loop = self.run_loop

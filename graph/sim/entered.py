@@ -10,20 +10,13 @@ from graph.base.errors import UserError
 _entered: list[Any] = []
 
 
-_living: WeakSet[Any] = WeakSet()
-
-
-def begin(app: Any) -> None:
-    """From now on `of_world` finds an App, as long as it lives."""
-    _living.add(app)
+living: WeakSet[Any] = WeakSet()
+"""Every App, entered or not."""
 
 
 def of_world(world: Any) -> Any:
-    """The App of a world. Raises UserError if it is gone."""
-    found = next((app for app in _living if app.world is world), None)
-    if found is None:
-        raise UserError("the App is gone; keep a reference to it")
-    return found
+    """The App of a world, or None if it is gone."""
+    return next((app for app in living if app.world is world), None)
 
 
 def enter(app: Any) -> None:

@@ -163,8 +163,8 @@ class Settings(Suggesting):
 
     def get(self, path: str, default: Any = None) -> Any:
         """The value at `path`; for a branch, a dict of everything below it; else `default`."""
-        path = normalised(path)
-        if path not in KNOWN:
+        if path not in KNOWN:  # those are normalised
+            path = normalised(path)
             self._read.add(path)
         if path in self._values:
             return self._values[path]

@@ -14,26 +14,21 @@ from graph.base.shorten import listed
 from .fidelity import Fidelity
 from .live.editing import EditStage, Player, remove_prims
 from .physics import MUJOCO
+from .renderer.view import WorldView
 from .state.playing_world import WhenPlaying, checked_choice
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
-    from .geometry.surfaces import Mesh, Plane
-    from .live.live_stage import LiveStage
-    from .phases import Phases
-    from .physics.protocol import EngineFactory, PhysicsEngine
-    from .renderer.scheduler import SensorScheduler
+    from .physics.protocol import EngineFactory
     from .scene.stage import StageState, Warn
-    from .settings import Settings
     from .state.prim_poses import PrimPoses
-    from .timing.time_queries import TimeQueries
 
 EXTERNAL_TIME = ("/ExternalSimulationTime", "omni:time")
 """The place of the renderer's clock in Fabric: prim and attribute."""
 
 
-class World:
+class World(WorldView):
     """Stage, Fabric and physics of one App; its player builds and frees it. Sensors see it as a `WorldView`.
 
     It moves no clock and no sensor: it only gives those of its App to sensors, which ask for times and other products.
@@ -50,9 +45,6 @@ class World:
         fidelity: Fidelity,
         when_playing: WhenPlaying,
         warn: Warn,
-        settings: Settings,
-        seed: int,
-        phases: Phases,
     ) -> None:
         self.stage = stage
         self.mjcf = mjcf
@@ -60,36 +52,19 @@ class World:
         self.fidelity = fidelity
         self.when_playing: WhenPlaying = when_playing
         self.warn = warn
-        self.settings, self.seed, self.on = settings, seed, phases.on
-        self.folders: tuple[Path, ...] | None = None
-        """Folders from which nodes and textures may read files: the file's own, then those the user allows.
-
-        Relative names are below the first. None: no file describes the scene; the program that does may read any.
-        """
-        self.times: TimeQueries
-        self.rendering: SensorScheduler
+        self.folders = None
         self.steps_per_second = Fraction(60)
         """The rate with which physics is built [Hz]; see `set_rate`."""
         self._rate_taker: Callable[[], Callable[[], None] | None] = _nobody
-        self.physics: PhysicsEngine | None = None
-        """The physics engine; None while stopped or when nothing is dynamic."""
+        self.physics = None
         self.built = False
         """Whether a physical world exists: from play, or `initialize_physics`, to stop."""
-        self.live: LiveStage | None = None
-        """Keeps the playing world and its stage consistent; None while stopped."""
+        self.live = None
         self.fabric: PrimPoses = self._new_fabric()
         self._stage_state: StageState | None = None
-        self._geometry: tuple[Mesh | Plane, ...] | None = None
-        self.derived: dict[str, Any] = {}
-        """What sensors have made of the geometry, until that is collected again."""
-        self.shared: dict[str, Any] = {}
-        """What sensors share as long as the world lives."""
+        self._geometry = None
+        self.derived, self.shared = {}, {}
         self.fabric.set(*EXTERNAL_TIME, 0.0)
-
-    @property
-    def meters_per_unit(self) -> float:
-        """Metres in a unit of the stage, as Fabric has them."""
-        return self.fabric.meters_per_unit
 
     @property
     def authored_rate(self) -> Fraction | None:
@@ -115,22 +90,6 @@ class World:
             taker()
 
     # -- what rays can hit -------------------------------------------------------------------------------------------
-
-    def geometry(self) -> tuple[Mesh | Plane, ...]:
-        """The geometry for rays (`graph.sim.geometry.collect.collect_geometry`), collected once per play."""
-        if self._geometry is None:
-            from .geometry.collect import collect_geometry
-            from .scene.diagnostics import quiet
-            from .scene.scan import scan_stage
-            from .scene.stage import scene_name
-
-            fine, exact = self.fidelity.mesh_subdivision == "refined", self.fidelity.mesh_solids == "exact"
-            with quiet(self.warn, scene_name(self.stage)):
-                scan = scan_stage(self.stage, self.fabric.promoted)
-                self._geometry = collect_geometry(
-                    self.stage, self.fidelity.mesh_tolerance, self.warn, scan, refine=fine, exact=exact
-                )
-        return self._geometry
 
     def forget_geometry(self) -> None:
         """Makes the geometry for rays be collected again at its next use."""
@@ -244,9 +203,6 @@ def open_world(
     fidelity: Fidelity,
     when_playing: WhenPlaying,
     warn: Warn,
-    settings: Settings,
-    seed: int,
-    phases: Phases,
     allow: Iterable[str | Path] = (),
 ) -> World:
     """The world of a stage (the path of a USD file, a `Usd.Stage`, None: an empty one) or of an MJCF file or model.
@@ -275,17 +231,7 @@ def open_world(
         register_schemas()
         if not hasattr(stage, "GetRootLayer"):
             raise UserError(f"stage {stage!r}: give the path of a USD file, a Usd.Stage, or None for an empty one")
-    return World(
-        stage,
-        mjcf=mjcf,
-        engine=engine,
-        fidelity=fidelity,
-        when_playing=when_playing,
-        warn=warn,
-        settings=settings,
-        seed=seed,
-        phases=phases,
-    )
+    return World(stage, mjcf=mjcf, engine=engine, fidelity=fidelity, when_playing=when_playing, warn=warn)
 
 
 def _tell_graphs(stage: Any, path: str | Path, warn: Warn) -> None:

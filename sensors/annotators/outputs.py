@@ -79,10 +79,7 @@ def extract_point_cloud(frame: Frame) -> dict[str, np.ndarray]:
     Points are not filtered by the VALID flag.
     """
     found = {"data": frame.xyz, "transform": transform_of(frame)}
-    for name in LABELS:
-        array = labelled(frame, name)
-        if len(array) or frame.has(LABELS[name]):
-            found[name] = array
+    found |= {name: labelled(frame, name) for name, channel in LABELS.items() if channel in frame.arrays}
     if frame.coords == "CARTESIAN":
         found |= {name: frame.xyz[:, axis] for axis, name in enumerate(("azimuth", "elevation", "distance"))}
     return found

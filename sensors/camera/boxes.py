@@ -19,7 +19,7 @@ from .entities import entities_of, lineage
 from .view import View
 
 if TYPE_CHECKING:
-    from graph.sim.renderer.view import WorldView
+    pass
 
 
 @dataclass(slots=True)
@@ -112,13 +112,7 @@ def visible_boxes(numbers: np.ndarray, width: int) -> dict[int, tuple[tuple[int,
 
 
 def boxes_of(
-    scene: WorldView,
-    world: CastWorld,
-    view: View,
-    config: CameraConfig,
-    poses: Any,
-    numbers: np.ndarray,
-    wanted: frozenset[str],
+    world: CastWorld, view: View, config: CameraConfig, poses: Any, numbers: np.ndarray, wanted: frozenset[str]
 ) -> dict[str, np.ndarray]:
     """The box channels in demand. numbers: (n,) of the labelled prim in each pixel."""
     visible = visible_boxes(numbers, config.lens.width)
@@ -132,9 +126,9 @@ def boxes_of(
         rows = [(one.prim.number, *one.box, ratio[one.prim.number]) for one in there]
         found[LOOSE] = np.array(rows, BOX_2D)
     if BOX in wanted:
-        found[BOX] = _boxes_3d(scene, world, [one.prim for one in there], ratio, poses)
+        found[BOX] = _boxes_3d(world, [one.prim for one in there], ratio, poses)
     if AROUND in wanted:
-        found[AROUND] = _boxes_3d(scene, world, [one for one in _prims(world) if one.surfaces], ratio, poses)
+        found[AROUND] = _boxes_3d(world, [one for one in _prims(world) if one.surfaces], ratio, poses)
     return found
 
 
@@ -145,9 +139,7 @@ def _occlusion(one: Outline, visible: Mapping[int, tuple[Any, int]]) -> float:
     return 1.0 - visible.get(one.prim.number, (None, 0))[1] / one.pixels
 
 
-def _boxes_3d(
-    scene: WorldView, world: CastWorld, prims: list[_Prim], ratio: Mapping[int, float], poses: Any
-) -> np.ndarray:
+def _boxes_3d(world: CastWorld, prims: list[_Prim], ratio: Mapping[int, float], poses: Any) -> np.ndarray:
     """The boxes of prims; a prim of endless planes alone has no box."""
     rows = []
     paths = entities_of(world, LABELLED).paths
@@ -155,8 +147,8 @@ def _boxes_3d(
     for one in prims:
         if not any(isinstance(surfaces[number], Mesh) for number in one.surfaces):
             continue
-        frame = _frame(scene, world, one, paths[one.number], poses)
-        low, high = _extent(scene, world, one, frame, poses)
+        frame = _frame(world, one, paths[one.number], poses)
+        low, high = _extent(world, one, frame, poses)
         rows.append((one.number, *low, *high, frame.T, ratio.get(one.number, np.nan)))
     out = np.zeros(len(rows), BOX_3D)
     for place, row in enumerate(rows):
@@ -164,20 +156,20 @@ def _boxes_3d(
     return out
 
 
-def _frame(scene: WorldView, world: CastWorld, one: _Prim, path: str, state: Any) -> np.ndarray:
+def _frame(world: CastWorld, one: _Prim, path: str, state: Any) -> np.ndarray:
     """(4, 4) float64, prim to world, stage units; of a copy, which is not a prim, that of its surfaces."""
     if "[" not in path:
-        return np.asarray(scene.fabric.world_matrix(path, state), np.float64)
+        return np.asarray(world.scene.fabric.world_matrix(path, state), np.float64)
     number = one.surfaces[0] if one.surfaces else -1
     surface = world.surfaces[number]
     if not isinstance(surface, Mesh) or surface.frame is None:
         return np.eye(4)
-    owner = next(prim for place, prim in lineage(scene.stage, surface) if place == path)
-    found = surface.frame @ np.linalg.inv(_inside(owner, scene.stage.GetPrimAtPath(surface.source)))
+    owner = next(prim for place, prim in lineage(world.scene.stage, surface) if place == path)
+    found = surface.frame @ np.linalg.inv(_inside(owner, world.scene.stage.GetPrimAtPath(surface.source)))
     poses, body = world.body_poses(state), world.body_of[number]
     if body >= 0 and poses is not None:
         found = poses[body] @ found
-    found[:3] /= scene.meters_per_unit
+    found[:3] /= world.scene.meters_per_unit
     return np.asarray(found)
 
 
@@ -190,12 +182,10 @@ def _inside(owner: Any, prim: Any) -> np.ndarray:
     return np.asarray(np.linalg.inv(ways[0]) @ ways[1])
 
 
-def _extent(
-    scene: WorldView, world: CastWorld, prim: _Prim, frame: np.ndarray, state: Any
-) -> tuple[np.ndarray, np.ndarray]:
+def _extent(world: CastWorld, prim: _Prim, frame: np.ndarray, state: Any) -> tuple[np.ndarray, np.ndarray]:
     """The least and greatest coordinates of a prim's surfaces in its own axes; endless planes are left out."""
     meshes = [number for number in prim.surfaces if isinstance(world.surfaces[number], Mesh)]
-    to_prim = np.linalg.inv(frame) @ np.diag([*(1 / scene.meters_per_unit,) * 3, 1.0])
+    to_prim = np.linalg.inv(frame) @ np.diag([*(1 / world.scene.meters_per_unit,) * 3, 1.0])
     poses = world.body_poses(state)
     ends = [_ends(world, number, to_prim, poses, state) for number in meshes]
     return np.min([low for low, _ in ends], axis=0), np.max([high for _, high in ends], axis=0)

@@ -34,7 +34,7 @@ def entities_of(world: CastWorld, kind: str) -> Entities:
     """The entities that the numbers of a segmentation stand for; see `sensors.camera.channels`."""
     key = f"camera {kind}"
     if key not in world.cache:
-        world.cache[key] = _READ[kind](world.stage, world.surfaces)
+        world.cache[key] = _READ[kind](world.scene.stage, world.surfaces)
     found: Entities = world.cache[key]
     return found
 

@@ -158,7 +158,7 @@ class Imager:
         settings = scene.fidelity.camera_backend, scene.fidelity.camera_noise, scene.settings.get(CAMERA_TONE)
         places = [shot.pose if lines is None else lines.poses(), *([] if bodies is None else [bodies])]
         if wanted & LIT:
-            places.append(light_places(scene, world, poses))
+            places.append(light_places(world, poses))
         if CROSS in wanted and (other := self._other(scene)) is not None:
             places.append(other.pose(poses))
         before = self._before
@@ -205,13 +205,13 @@ class Imager:
         scene, world, pose, poses = shot.tick.scene, shot.world, shot.pose, shot.tick.poses
         if self._drawn is None or self._drawn.world is not world:
             self._put_away()
-            looks, smooth = looks_of(scene, world), smooth_surfaces(scene, world)
+            looks, smooth = looks_of(world), smooth_surfaces(world)
             self._drawn = DrawnCamera(self._config, world, looks, smooth, scene.fidelity.camera_samples, pose)
         drawn = self._drawn
         view = drawn.look(pose, poses, self._exclude)
         images, light = self._images(view, shot, wanted), None
         if RGB in wanted:
-            lighting = self._colours(shot.camera).lighting(scene, world, pose, poses)
+            lighting = self._colours(shot.camera).lighting(world, pose, poses)
             if (count := len(lighting.lights)) > drawn.most_lights:
                 said = f"OpenGL shows the {drawn.most_lights} brightest of its {count} lights"
                 scene.warn("lights-left-out", self._path, f"{said}; camera.backend=rays shows all")
@@ -229,11 +229,11 @@ class Imager:
         from sensors.device.camera import DeviceCamera
         from sensors.device.world import DeviceWorld
 
-        if not isinstance(world, DeviceWorld) or smooth_surfaces(scene, world):
+        if not isinstance(world, DeviceWorld) or smooth_surfaces(world):
             return None
         if self._device is None or self._device.world is not world:
-            self._device = DeviceCamera(world, self._config, self._exclude, looks_of(scene, world))
-        lighting = colours.lighting(scene, world, shot.pose, poses)
+            self._device = DeviceCamera(world, self._config, self._exclude, looks_of(world))
+        lighting = colours.lighting(world, shot.pose, poses)
         if not self._device.fits(lighting):
             return None
         aces = scene.settings.get(CAMERA_TONE) == TONE_ACES
@@ -241,20 +241,20 @@ class Imager:
 
     def _cast(self, shot: _Shot, wanted: frozenset[str]) -> tuple[Images, np.ndarray | None]:
         """Channels in demand by rays from a pose, and the light [nit] of each pixel if colours are among them."""
-        scene, world, poses = shot.tick.scene, shot.world, shot.tick.poses
+        world, poses = shot.world, shot.tick.poses
         lit = bool(wanted & LIT) and self._colours(shot.camera).samples == 1
         normals = lit or "normals" in wanted
-        shapes = smooth_surfaces(scene, world) if normals else {}
-        spots = bool(shapes) or (lit and looks_of(scene, world).vary)
+        shapes = smooth_surfaces(world) if normals else {}
+        spots = bool(shapes) or (lit and looks_of(world).vary)
         view = self._look(shot, normals=normals, spots=spots)
         smoothen(view, shapes, world, poses)
         images, light = self._images(view, shot, wanted), None
         if wanted & LIT:
-            light = self._colours(shot.camera).radiance(scene, view, shot.pose, poses, world, shot.lines)
+            light = self._colours(shot.camera).radiance(view, shot.pose, poses, world, shot.lines)
         if wanted & BOXES:
             labelled = dict(images).get(LABELLED)
             numbers = self._numbered(view, world, LABELLED) if labelled is None else labelled
-            images += boxes_of(scene, world, view, self._config, poses, numbers, wanted).items()
+            images += boxes_of(world, view, self._config, poses, numbers, wanted).items()
         return images, light
 
     def _look(self, shot: _Shot, *, normals: bool, spots: bool) -> View:

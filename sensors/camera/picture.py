@@ -23,7 +23,7 @@ from .smooth import Smooth, smooth_surfaces, smoothen
 from .view import View, look
 
 if TYPE_CHECKING:
-    from graph.sim.renderer.view import WorldView
+    pass
 
 
 def sample_places(count: int) -> list[tuple[float, float]]:
@@ -56,19 +56,13 @@ class Pictures:
         return len(self._places)
 
     def radiance(
-        self,
-        scene: WorldView,
-        view: View,
-        pose: np.ndarray,
-        state: Any,
-        world: CastWorld,
-        lines: LineExposure | None = None,
+        self, view: View, pose: np.ndarray, state: Any, world: CastWorld, lines: LineExposure | None = None
     ) -> np.ndarray:
         """(n, 3) float32 [nit] of each pixel, linear. view: through the middles, with normals if that is all, and spots
         where these count.
         """
-        looks, lighting = looks_of(scene, world), self.lighting(scene, world, pose, state)
-        shapes = smooth_surfaces(scene, world)
+        looks, lighting = looks_of(world), self.lighting(world, pose, state)
+        shapes = smooth_surfaces(world)
         if self._shadows is None or self._shadows.world is not world:
             self._shadows = Shadows(world, self._exclude | looks.clear)
         if self.samples == 1:
@@ -92,12 +86,13 @@ class Pictures:
             smoothen(view, shapes, self._shadows.world, state)
         return radiance(view, looks, lighting, self._shadows, state)
 
-    def lighting(self, scene: WorldView, world: CastWorld, pose: np.ndarray, state: Any) -> Lighting:
+    def lighting(self, world: CastWorld, pose: np.ndarray, state: Any) -> Lighting:
         """The lights as they are in a state, as seen from a camera at `pose` (4, 4) float64 [m]."""
+        scene = world.scene
         if "camera light images" not in world.cache:
-            world.cache["camera light images"] = LightImages(_files(scene, world))
+            world.cache["camera light images"] = LightImages(_files(world))
         lighting = read_lighting(
-            _light_inputs(scene, world),
+            _light_inputs(world),
             world.cache["camera light images"],
             lambda path: scene.fabric.world_matrix(path, state),
             scene.meters_per_unit,
@@ -110,11 +105,12 @@ class Pictures:
         return lighting
 
 
-def looks_of(scene: WorldView, world: CastWorld) -> Looks:
+def looks_of(world: CastWorld) -> Looks:
     """The looks of all surfaces of a cast world."""
     found: Looks | None = world.cache.get("camera looks")
+    scene = world.scene
     if found is None:
-        found = world.cache["camera looks"] = read_looks(scene.stage, world.surfaces, _files(scene, world), scene.warn)
+        found = world.cache["camera looks"] = read_looks(scene.stage, world.surfaces, _files(world), scene.warn)
     return found
 
 
@@ -123,31 +119,32 @@ def has_projector(world: CastWorld) -> bool:
     return any(prim.HasAttribute("isProjector") and prim.GetAttribute("isProjector").Get() for prim in _lights(world))
 
 
-def light_places(scene: WorldView, world: CastWorld, state: Any) -> np.ndarray:
+def light_places(world: CastWorld, state: Any) -> np.ndarray:
     """The world matrices of the lights in a state, (n, 4, 4) float64 [stage units]."""
     paths = world.cache.get("camera light paths")
     if paths is None:
         paths = world.cache["camera light paths"] = tuple(str(prim.GetPath()) for prim in _lights(world))
-    return np.asarray(scene.fabric.world_matrices(paths, state))
+    return np.asarray(world.scene.fabric.world_matrices(paths, state))
 
 
 def _lights(world: CastWorld) -> list[Any]:
     found: list[Any] | None = world.cache.get("camera lights")
     if found is None:
-        found = world.cache["camera lights"] = light_prims(world.stage)
+        found = world.cache["camera lights"] = light_prims(world.scene.stage)
     return found
 
 
-def _light_inputs(scene: WorldView, world: CastWorld) -> list[LightInputs]:
+def _light_inputs(world: CastWorld) -> list[LightInputs]:
     """What the stage says of each light; read again after an edit, and every time where edits are not watched."""
-    edits = None if scene.live is None else scene.live.watch.edits
+    live = world.scene.live
+    edits = None if live is None else live.watch.edits
     known: tuple[int | None, list[LightInputs]] | None = world.cache.get("camera light inputs")
     if known is None or edits is None or known[0] != edits:
         known = world.cache["camera light inputs"] = edits, [LightInputs(prim) for prim in _lights(world)]
     return known[1]
 
 
-def _files(scene: WorldView, world: CastWorld) -> ImageFiles:
+def _files(world: CastWorld) -> ImageFiles:
     """The image files of the scene; surfaces and skies share their limit."""
-    found: ImageFiles = world.cache.setdefault("camera images", ImageFiles(scene.folders))
+    found: ImageFiles = world.cache.setdefault("camera images", ImageFiles(world.scene.folders))
     return found

@@ -21,7 +21,7 @@ from .paints import ByCorner, Painter
 from .view import View
 
 if TYPE_CHECKING:
-    from graph.sim.renderer.view import WorldView
+    pass
 
 FLAT = 1e-4
 """Normals that differ by less than this from the triangle's do not make a surface smooth."""
@@ -37,11 +37,11 @@ class Smooth:
     lift: np.ndarray
 
 
-def smooth_surfaces(scene: WorldView, world: CastWorld) -> Mapping[int, Smooth]:
+def smooth_surfaces(world: CastWorld) -> Mapping[int, Smooth]:
     """The smooth surfaces of a cast world by number."""
     found: dict[int, Smooth] | None = world.cache.get("camera smooth")
     if found is None:
-        painter = Painter(scene.stage, scene.warn)
+        painter = Painter(world.scene.stage, world.scene.warn)
         each = {number: _smooth(surface, painter, world) for number, surface in enumerate(world.surfaces)}
         found = world.cache["camera smooth"] = {number: one for number, one in each.items() if one is not None}
     return found

@@ -251,7 +251,7 @@ class Returns:
         """Writes the velocities of the returns `rows`, seen in one state."""
         assert self._measure is not None
         aim, index = self._aim, self._index[rows]
-        measured = self._measure(
+        measured = self._measure.of(
             surfaces=self._surfaces()[rows],
             levers=lambda: levers()[:, rows],
             origin=aim.pose[:3, 3],

@@ -14,7 +14,7 @@ from graph.base.records import dataclass, field
 from graph.sim.devices import HOST
 from graph.sim.renderer.schedule import EveryUpdate, Tick
 from sensors.channels import CHANNELS
-from sensors.motion.velocities import surface_velocities
+from sensors.motion.velocities import Velocities
 from sensors.raycast.shared import cast_world, surface_classes, surface_ids, surface_materials, surface_optics
 from sensors.raycast.world import CastWorld
 from sensors.runtime import Measurement
@@ -124,7 +124,7 @@ class Scans:
     def _targets(self, scene: WorldView, world: CastWorld, wanted: frozenset[str]) -> Targets:
         """What beams may meet, for the channels that are requested now."""
         in_world = self._config.output_frame_of_reference == "WORLD"
-        velocities = partial(surface_velocities, scene.fabric, world, None if in_world else self._path)
+        velocities = Velocities(scene.fabric, world, None if in_world else self._path)
         return Targets(wanted, world, surface_optics(world), velocities, _tables(world))
 
     def _scan(self, shot: Shot, targets: Targets) -> dict[str, np.ndarray]:
@@ -175,12 +175,7 @@ class Scans:
         return Measurement(arrays, count, lidar.ends(tick) if self._history is not None else (pose, pose))
 
     def _continuous_scan(
-        self,
-        lidar: LidarRuntime,
-        start: Fraction,
-        end: Fraction,
-        slices: list[tuple[int, slice]],
-        targets: Targets,
+        self, lidar: LidarRuntime, start: Fraction, end: Fraction, slices: list[tuple[int, slice]], targets: Targets
     ) -> _Turn:
         assert self._bins is not None
         scan = _Turn()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -14,10 +14,18 @@ if TYPE_CHECKING:
     from sensors.raycast.world import CastWorld
 
 
-class Velocities(Protocol):
-    """A function that gives the velocities of surfaces."""
+class Velocities(NamedTuple):
+    """Gives the velocities of surfaces of a world.
 
-    def __call__(
+    sensor_path: relative to this sensor, with its own translation and rotation included (the rate of change of the
+    point's sensor-frame coordinates, along world axes); None: velocities in the world.
+    """
+
+    fabric: PrimPoses
+    world: CastWorld
+    sensor_path: str | None
+
+    def of(
         self,
         surfaces: np.ndarray,
         levers: Callable[[], np.ndarray],
@@ -33,36 +41,20 @@ class Velocities(Protocol):
         points. origin: (3,) float64 [m, world]. poses: a state. own: gives the sensor's velocities, (6, k) float32
         [m/s, rad/s], when each ray was fired, as if it extended to the origin; None: those of the state for all rays.
         """
-
-
-def surface_velocities(
-    fabric: PrimPoses,
-    world: CastWorld,
-    sensor_path: str | None,
-    surfaces: np.ndarray,
-    levers: Callable[[], np.ndarray],
-    origin: np.ndarray,
-    poses: Any,
-    own: Callable[[], np.ndarray | None],
-) -> tuple[np.ndarray | slice, np.ndarray] | None:
-    """The velocities of hit points: `Velocities`, after its first three arguments.
-
-    sensor_path: relative to this sensor, with its own translation and rotation included (the rate of change of the
-    point's sensor-frame coordinates, along world axes); None: velocities in the world.
-    """
-    poses = poses or fabric.capture()
-    body = np.take(world.body_of, surfaces, mode="clip")
-    moving = np.flatnonzero(body >= 0)
-    carrier = None if sensor_path is None else fabric.body_of(sensor_path)
-    if carrier is None and not len(moving):
-        return None
-    twists = twists_at(fabric, world.bodies, origin, poses) if len(moving) else _AT_REST
-    if carrier is None:
-        return moving, _of_points(moving, body, levers(), twists, _AT_REST)
-    twist = own()
-    if twist is None:
-        twist = twists_at(fabric, (carrier,), origin, poses)
-    return slice(None), _of_points(np.arange(len(surfaces)), body, levers(), twists, twist)
+        fabric, world = self.fabric, self.world
+        poses = poses or fabric.capture()
+        body = np.take(world.body_of, surfaces, mode="clip")
+        moving = np.flatnonzero(body >= 0)
+        carrier = None if self.sensor_path is None else fabric.body_of(self.sensor_path)
+        if carrier is None and not len(moving):
+            return None
+        twists = twists_at(fabric, world.bodies, origin, poses) if len(moving) else _AT_REST
+        if carrier is None:
+            return moving, _of_points(moving, body, levers(), twists, _AT_REST)
+        twist = own()
+        if twist is None:
+            twist = twists_at(fabric, (carrier,), origin, poses)
+        return slice(None), _of_points(np.arange(len(surfaces)), body, levers(), twists, twist)
 
 
 def twists_at(fabric: PrimPoses, bodies: tuple[str, ...], place: np.ndarray, poses: Any) -> np.ndarray:

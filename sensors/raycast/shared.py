@@ -70,7 +70,7 @@ def _cast_world(scene: WorldView) -> CastWorld:
         return int(settings.get(RAY_THREADS))
 
     world = _world_on(scene.fidelity.device)(surfaces, poses, threads, soft, points, velocities)
-    world.stage, world.settings = scene.stage, settings
+    world.scene = scene
     return world
 
 
@@ -86,8 +86,8 @@ def surface_materials(world: CastWorld) -> np.ndarray:
     """The encoded non-visual material of every surface, (n,) uint32."""
     found: np.ndarray | None = world.cache.get("materials")
     if found is None:
-        prefix = str(world.settings.get(PREFIX_SETTING) or PREFIX)
-        numbers = [material_of(world.stage, surface.material, prefix) for surface in world.surfaces]
+        prefix = str(world.scene.settings.get(PREFIX_SETTING) or PREFIX)
+        numbers = [material_of(world.scene.stage, surface.material, prefix) for surface in world.surfaces]
         found = world.cache["materials"] = np.array(numbers, np.uint32)
     return found
 
@@ -121,7 +121,7 @@ def packed_id_map(world: CastWorld) -> np.ndarray:
     """The same as a StableIdMap buffer, (size,) uint8, read-only, shared by all frames."""
     found: np.ndarray | None = world.cache.get("packed id map")
     if found is None:
-        extended = world.settings.get(ID_MAP_EXTENSION)  # an entry of graph.sim.parity
+        extended = world.scene.settings.get(ID_MAP_EXTENSION)  # an entry of graph.sim.parity
         entries = {number: path for number, path in surface_id_map(world).items() if extended or has_prim(path)}
         found = world.cache["packed id map"] = pack_stable_id_map(entries)
         found.setflags(write=False)
@@ -141,5 +141,7 @@ def surface_labels(world: CastWorld) -> dict[int, Labels]:
 def _classes(world: CastWorld) -> tuple[np.ndarray, dict[int, Labels]]:
     found: tuple[np.ndarray, dict[int, Labels]] | None = world.cache.get("classes")
     if found is None:
-        found = world.cache["classes"] = numbered([surface_label(world.stage, surface) for surface in world.surfaces])
+        found = world.cache["classes"] = numbered(
+            [surface_label(world.scene.stage, surface) for surface in world.surfaces]
+        )
     return found

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import Any, TypeGuard
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from .rays import Hits, RayBundle
 from .soft import PointsOf, SoftMeshes
 from .standing import Standing, StandingScene
 from .triangles import TriangleScene
+
+if TYPE_CHECKING:
+    from graph.sim.renderer.view import WorldView
 
 GRID_M = 1000.0
 """Scenes are built around the points of a grid with this spacing, and each sensor uses the nearest point: rays and
@@ -49,10 +52,8 @@ class CastWorld:
 
     device: Any = None
     """Where rays are cast (`devices.device_of`); None: on the processor."""
-    stage: Any = None
-    """Where the materials and labels of its surfaces are read."""
-    settings: Any = None
-    """How they are read, by `shared`."""
+    scene: WorldView
+    """Where its surfaces come from; bare geometry has none."""
 
     def __init__(
         self,

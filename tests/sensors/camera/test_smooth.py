@@ -208,7 +208,7 @@ def test_what_is_flat_costs_nothing():
         add_box(app, "/World/Box", 1.0, ahead(0, 0, 5))
         quad(app, [(0, 0, 1)] * 4, "vertex")
         app.play()
-        assert smooth_surfaces(app.world, cast_world(app.world)) == {}
+        assert smooth_surfaces(cast_world(app.world)) == {}
 
 
 @pytest.mark.parametrize("normals", [[(0, 0, 1)], [(0, 0, 0)] * 4, [(float("nan"), 0, 1)] * 4])
