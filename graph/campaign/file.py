@@ -12,7 +12,7 @@ from graph.base.records import dataclass, field
 from graph.base.suggest import did_you_mean
 from graph.files import paths
 from graph.files.messages import wanted
-from graph.files.source import Source, is_usd
+from graph.files.source import Source
 from graph.files.source import read as read_source
 from graph.files.text import described
 from graph.files.tree import Map, offset, value_at
@@ -22,7 +22,6 @@ from .measuring import parsed
 from .points import FILE, JOIN, check_key, check_value, read_table
 from .table import TAKEN, taken
 
-FIRST = "campaign"
 VERSION = 1
 
 
@@ -96,16 +95,6 @@ def campaign_schema() -> dict[str, Any]:
     """The JSON Schema (draft 2020-12) of campaign files, for editors."""
     about = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "TickGraph campaign file"}
     return {**about, **CampaignFile.schema()}
-
-
-def is_campaign(path: Path) -> bool:
-    """Whether a file says that it is a campaign."""
-    if is_usd(str(path)) or path.suffix.lower() not in (".yaml", ".yml"):
-        return False
-    try:
-        return any(line.startswith(f"{FIRST}:") for line in read_source(path, str(path)).text.splitlines())
-    except UserError:
-        return False
 
 
 def read_campaign(path: Path, allow: Sequence[Path] = ()) -> Asked:

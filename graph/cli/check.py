@@ -161,7 +161,7 @@ def check(
     target: a product whose known faults are looked for too.
     """
     # The engine, the world and the nodes are imported only here: `graph check --help` does not need them.
-    from graph.campaign.file import is_campaign
+    from graph.campaign.names import is_campaign
     from graph.session.open import build_parts
     from graph.testing.names import is_test_file
 

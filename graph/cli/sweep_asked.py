@@ -38,8 +38,9 @@ def _asked(args: argparse.Namespace) -> Asked:
     """What the options and the campaign file ask for together. Raises UserError with every mistake."""
     from dataclasses import replace
 
-    from graph.campaign.file import Asked, is_campaign, read_campaign
+    from graph.campaign.file import Asked, read_campaign
     from graph.campaign.measuring import parsed
+    from graph.campaign.names import is_campaign
     from graph.campaign.points import FILE, check_key, check_value, read_table
     from graph.campaign.table import TAKEN, taken
     from graph.session.varied import read_varied

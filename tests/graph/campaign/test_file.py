@@ -8,7 +8,8 @@ import json
 import pytest
 
 from graph.base.errors import UserError
-from graph.campaign.file import is_campaign, read_campaign
+from graph.campaign.file import read_campaign
+from graph.campaign.names import is_campaign
 from graph.campaign.points import points_of
 from graph.cli.main import main
 
