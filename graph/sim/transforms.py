@@ -91,12 +91,12 @@ def quaternions(rotations: Floats) -> Floats:
 
 def to_xyzw(quaternions: Floats) -> Floats:
     """(..., 4) w, x, y, z to x, y, z, w."""
-    return np.roll(quaternions, -1, axis=-1)
+    return np.concatenate((quaternions[..., 1:], quaternions[..., :1]), axis=-1)
 
 
 def from_xyzw(quaternions: Floats) -> Floats:
     """(..., 4) x, y, z, w to w, x, y, z."""
-    return np.roll(quaternions, 1, axis=-1)
+    return np.concatenate((quaternions[..., 3:], quaternions[..., :3]), axis=-1)
 
 
 def slerp(first: Floats, second: Floats, share: Floats | float) -> Floats:

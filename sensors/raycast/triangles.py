@@ -99,6 +99,8 @@ class TriangleScene:
         near = np.flatnonzero(found.distance < SKIN)
         outwards = (rays[near, 3:] * found.normals[near]).sum(axis=1) > 0
         leaving = near[outwards]
+        if not len(leaving):
+            return
         further = rays[leaving]
         further[:, :3] += np.float32(SKIN) * further[:, 3:]
         beyond = self._cast(further, threads, uv=found.uv is not None)
