@@ -5,6 +5,7 @@ import io
 import json
 import subprocess
 import sys
+from importlib.util import find_spec
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,11 +15,13 @@ from rosbags.typesys import Stores, get_typestore
 
 from graph.cli.main import main
 from tests.support.places import ROOT
+from tests.support.without_wing import needs_wing
 
 FILES = sorted(
     path
     for path in (ROOT / "graphs").glob("*.yaml")
     if not path.name.endswith(".test.yaml") and path.stem != "worlds"  # it has no graph: `Worlds` drives it
+    if path.stem != "physx_sensors" or find_spec("wings.physx")
 )
 YARD = ROOT / "graphs" / "yard.yaml"
 TOP = "/World/Robot/Chassis/top_lidar"
@@ -75,6 +78,7 @@ def test_without_delay_pictures_and_transforms_of_an_update_carry_one_stamp(tmp_
     assert stamps == dict.fromkeys(("/tf", "/depth", "/camera_info"), exact)
 
 
+@needs_wing("acoustic")
 def test_the_script_of_the_acoustic_sensor_prints_the_echoes_of_each_way():
     """A post 1.5 m ahead of mount 0 hides the wall from it. The other way is that of a wall at sqrt(3^2 + 0.25^2) m."""
     done = subprocess.run(

@@ -5,6 +5,7 @@ from pxr import Sdf, Usd
 
 from graph.session.open import build_parts
 from nodes.fitting_sensors import misfit
+from tests.support.without_wing import needs_wing
 
 NEEDS = {
     "ROS2CameraHelper": "Camera",
@@ -100,6 +101,7 @@ def test_a_missing_camera_is_reported_as_missing(opened, tmp_path):
     assert problem.message.startswith("/World/G/product.inputs:cameraPrim: there is no prim /World/Gone on the stage")
 
 
+@needs_wing("physx")
 @pytest.mark.parametrize(
     ("node", "name", "needed"),
     [

@@ -17,7 +17,7 @@ from graph.sim.messages.ros_fields import from_plain
 from graph.sim.usd import Sdf, Usd
 from sensors.camera.image_files import ImageFiles
 from sensors.camera.tables import read_table
-from wings.exports.point_files import write_las
+from tests.support.without_wing import needs_wing
 
 HEAD = '#usda 1.0\n(\n metersPerUnit = 1\n upAxis = "Z"\n)\n'
 SONAR = "omni:sensor:WpmAcoustic:"
@@ -41,6 +41,7 @@ def graph_file(prims=None, nodes=None, connections=()):
     return json.dumps({"tickgraph": 1, "scene": {"prims": prims or {}}, "graphs": graphs})
 
 
+@needs_wing("acoustic")
 @pytest.mark.parametrize(
     ("attributes", "wrong"),
     [
@@ -201,9 +202,12 @@ def record(path, provenance=None):
     bus.close()
 
 
+@needs_wing("exports")
 def test_points_of_any_distance_fit_into_las(tmp_path):
     """2^31 - 1 steps hold 3e38 m from 2e29 m on; the next power of ten is 1e30 m."""
     laspy = pytest.importorskip("laspy")
+    from wings.exports.point_files import write_las
+
     points = np.zeros(2, [(axis, "f4") for axis in "xyz"])
     points["x"][1] = 3e38
     write_las(tmp_path / "a.las", Scan("/a", 0, 0, "lidar", points, None, None, None), points)

@@ -6,6 +6,8 @@ from pxr import Sdf
 from graph.base.errors import UserError
 from graph.sim import App
 from sensors import CameraSensor, Lidar, LidarSensor, Radar, RadarSensor, RtxCamera
+
+pytest.importorskip("wings.acoustic")
 from wings.acoustic import Acoustic, AcousticSensor
 
 SCANS = "OmniSensorGenericRadarWpmDmatScanCfgAPI"

@@ -9,12 +9,25 @@ import os
 import subprocess
 import sys
 import tempfile
+from importlib.util import find_spec
 from pathlib import Path
 
+import pytest
+
+from graph.base.plugins import NODES, of_wings
 from tests.support.places import ROOT
 
 WINGS = sorted(path.name for path in (ROOT / "wings").iterdir() if (path / "__init__.py").exists())
 """The names of all wings."""
+
+
+MISSING = {type_id for type_id, plugin in of_wings(NODES).items() if plugin.absence}
+"""The node types whose wing is missing in this tree: none in a whole one."""
+
+
+def needs_wing(wing: str) -> pytest.MarkDecorator:
+    """Skips a test where the wing that it uses is missing."""
+    return pytest.mark.skipif(find_spec(f"wings.{wing}") is None, reason=f"needs the wing {wing}")
 
 
 def tree_without(wing: str, folder: Path) -> Path:

@@ -9,6 +9,7 @@ from graph.node.library import Library
 from graph.node.registry import Registry
 from graph.spec.file_spec import ConnectionSpec, FileSpec, GraphSpec, NodeSpec
 from graph.spec.migration import migrate, migrated_type, upgraded
+from tests.support.without_wing import needs_wing
 
 IDS = [
     "isaacsim.ros2.bridge.ROS2PublishClock",
@@ -136,6 +137,7 @@ graphs:
 """
 
 
+@needs_wing("physx")
 def test_the_outputs_of_old_nodes_are_renamed_or_left_out_with_their_connections(tmp_path):
     """A lidar's points and a drive's commands as Isaac Sim 2022 called them."""
     from graph import load_graph
@@ -154,6 +156,7 @@ def test_the_outputs_of_old_nodes_are_renamed_or_left_out_with_their_connections
     ]
 
 
+@needs_wing("physx")
 def test_a_script_connects_old_outputs_under_their_present_names():
     from graph import Controller
 

@@ -41,7 +41,7 @@ def test_the_example_is_a_graph_file_without_problems(node_type):
 def test_what_an_example_needs_stands_in_its_first_line():
     first = {one.short_name: example(one).splitlines()[0] for one in ALL}
     assert {name: line for name, line in first.items() if line != "tickgraph: 1"} == {
-        name: f"# Needs {needs}." for name, needs in NEEDS_MORE.items()
+        name: f"# Needs {needs}." for name, needs in NEEDS_MORE.items() if name in first
     }
 
 
