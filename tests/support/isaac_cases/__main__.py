@@ -17,6 +17,7 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 SCRIPT = Path(__file__).with_name("script.py")
 WORDS = {"agrees": "agrees", "deviates": "deviates", "absent": "out of reach", "skips": "skips itself"}
@@ -69,28 +70,34 @@ def modules_of(folder: Path) -> Iterator[str]:
 
 
 def run(module: str, folders: list[Path], options: argparse.Namespace, only: str) -> Outcomes:
-    """Runs one module of tests in a process of its own."""
+    """Runs one module of tests in a process of its own, or in several."""
     with tempfile.TemporaryDirectory() as place:
         out = Path(place) / "cases.json"
         command = [sys.executable, "-m", "graph", "exec", *options.exec.split(), str(SCRIPT), module, str(out)]
         command += [str(options.limit), only, str(int(options.no_cuda)), options.helpers, *map(str, folders)]
         paths = os.pathsep.join(filter(None, (os.getcwd(), os.environ.get("PYTHONPATH"))))
-        try:
-            ended = subprocess.run(
-                command,
-                cwd=place,
-                env={**os.environ, "PYTHONPATH": paths},
-                capture_output=True,
-                text=True,
-                timeout=options.module_limit,
-                check=False,
-            )
-            why = (ended.stderr.strip().splitlines() or ["no output"])[-1]
-        except subprocess.TimeoutExpired:
-            why = f"longer than {options.module_limit:g} s"
-        if not out.exists():
-            return Outcomes(module, {"(the module)": ("deviates", why, "")})
-        return Outcomes(module, {name: tuple(one) for name, one in json.loads(out.read_text()).items()})
+        environment, why, cases = {**os.environ, "PYTHONPATH": paths}, "", dict[str, tuple[str, str, str]]()
+        while True:  # a case that is cut off ends its process, and another one goes on with the next case
+            try:
+                ended = subprocess.run(
+                    command,
+                    cwd=place,
+                    env=environment,
+                    capture_output=True,
+                    text=True,
+                    timeout=options.module_limit,
+                    check=False,
+                )
+                why = (ended.stderr.strip().splitlines() or ["no output"])[-1]
+            except subprocess.TimeoutExpired:
+                why = f"longer than {options.module_limit:g} s"
+            before = len(cases)
+            found: dict[str, Any] = json.loads(out.read_text()) if out.exists() else {"cases": {}, "done": False}
+            cases = {name: tuple(one) for name, one in found["cases"].items()}
+            if found["done"]:
+                return Outcomes(module, cases)
+            if len(cases) == before:
+                return Outcomes(module, {**cases, "(the module)": ("deviates", why, "")})
 
 
 def report(done: list[Outcomes], *, trace: bool) -> None:

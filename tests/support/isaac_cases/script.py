@@ -1,7 +1,8 @@
 """A script for `graph exec`: runs the unittest cases of one module; writes what became of each, as JSON.
 
 Arguments: the module, the file to write, the limit of a case [s], the text that names of cases contain, whether CUDA is
-left out, and the folders in which modules of tests and helpers are. A module that imports fails as a whole.
+left out, and the folders in which modules of tests and helpers are. Cases that are in the file already are left out; a
+case that takes too long ends the process. A module that cannot be imported fails as a whole.
 """
 
 import ast
@@ -122,11 +123,11 @@ def written_cases(folder_of):
                 yield f"{one.name}.{part.name}"
 
 
-found = {}
+found = json.loads(Path(out).read_text())["cases"] if Path(out).exists() else {}
 
 
-def write():
-    Path(out).write_text(json.dumps(found))
+def write(done=False):
+    Path(out).write_text(json.dumps({"cases": found, "done": done}))
 
 
 sys.meta_path.insert(0, Finder())
@@ -135,15 +136,18 @@ try:
     loaded = importlib.import_module(module)
 except Exception as error:
     found = {name: told(error) for name in written_cases(importlib.util.find_spec(module)) if only in name}
-    write()
+    write(done=True)
     simulation_app.close()
-write()
 for made in [one for one in vars(loaded).values() if isinstance(one, type)]:
     if issubclass(made, unittest.TestCase) and made.__module__ == module:
         for name in unittest.defaultTestLoader.getTestCaseNames(made):
-            if only in f"{made.__name__}.{name}":
-                found[f"{made.__name__}.{name}"] = ["deviates", "ended the process, or the script", ""]
+            full = f"{made.__name__}.{name}"
+            if only in full and full not in found:
+                found[full] = ["deviates", "ended the process, or the script", ""]
                 write()
-                found[f"{made.__name__}.{name}"] = outcome_of(made(name))
+                found[full] = outcome_of(made(name))
                 write()
+                if found[full][1].startswith(TimeUpError.__name__):  # what it was cut off from may be broken
+                    simulation_app.close()
+write(done=True)
 simulation_app.close()
