@@ -49,7 +49,8 @@ class Driver:
     ) -> None:
         self.timeline, self.run_loop, self.settings, self.warn = timeline, run_loop, settings, world.warn
         self.updates = UpdateLoop(world, simulation, rendering, timeline, run_loop, bus, phases)
-        self._world, self._simulation, self._rendering, self._bus = world, simulation, rendering, bus
+        self.rendering = rendering
+        self._world, self._simulation, self._bus = world, simulation, bus
         self._clock = simulation.clock
         self._async_updates = AsyncUpdates(self.updates)
         self._speed = Speed(run_loop.wall_clock.now)
@@ -106,7 +107,7 @@ class Driver:
         """Sets every clock to its value right after play, except the monotonic clock and the loop's."""
         self.timeline.set_current_time(self.timeline.start_time)
         self._simulation.restart_time()
-        self._rendering.restart()
+        self.rendering.restart()
         self._bus.restart()
 
     # -- updates -----------------------------------------------------------------------------------------------------
@@ -166,7 +167,7 @@ class Driver:
         paths = [render_product_paths] if isinstance(render_product_paths, str) else list(render_product_paths)
         message = "next_render_simulation_async is deprecated; use await app.update_app_async(steps=n)"
         self.warn("next-render-simulation-deprecated", ", ".join(paths) or "no product", message)
-        products = self._rendering.products
+        products = self.rendering.products
         for path in paths:
             if path not in products:
                 known = ", ".join(products) or "none"
@@ -177,7 +178,7 @@ class Driver:
             await self.next_update_async()
 
     def _frames_of(self, path: str) -> int:
-        product = self._rendering.products.get(path)
+        product = self.rendering.products.get(path)
         if product is None or not product.enabled:
             raise RunError(f"render product {path} is {'gone' if product is None else 'off'}; no frame of it can come")
         if not self.timeline.is_playing():

@@ -20,6 +20,7 @@ FAST_MODE = "/app/player/useFastMode"
 TARGET_FRAMERATE = "/app/player/targetRunLoopFrequency"
 TICKS_PER_FRAME = "/app/player/timelineSubsampleRate"
 PLAY_SIMULATIONS = "/app/player/playSimulations"
+CAPTURE_ON_PLAY = "/omni/replicator/captureOnPlay"
 TIME_CODES_PER_SECOND = "/app/stage/timeCodesPerSecond"
 MIN_FRAME_RATE = "/persistent/simulation/minFrameRate"
 MULTI_TICK = "/rtx/hydra/supportMultiTickRate"
@@ -71,6 +72,7 @@ DEFAULTS: dict[str, Any] = {
     TICKS_PER_FRAME: 1,
     PLAY_DELAY: 0.0,
     PLAY_SIMULATIONS: True,
+    CAPTURE_ON_PLAY: True,
     TIME_CODES_PER_SECOND: 60,
     MIN_FRAME_RATE: 0,
     MULTI_TICK: True,

@@ -85,27 +85,27 @@ class Scans:
         if wanted:
             return self._cast(lidar, tick, wanted)
         pose = lidar.pose(tick.poses)
-        ends = (pose, pose) if self._bins is None else self._bins.ends(*lidar.interval(tick))
+        ends = (pose, pose) if self._bins is None or tick.held else self._bins.ends(*lidar.interval(tick))
         return self._measured(_Turn([], 0, *ends), lidar, tick, complete=lidar.whole)
 
     def _cast(self, lidar: LidarRuntime, tick: Tick, wanted: frozenset[str]) -> Measurement:
         scene = tick.scene
         world = cast_world(scene)
         targets = self._targets(scene, world, wanted)
-        if isinstance(lidar.schedule, EveryUpdate):
+        turn = tick.time // self._turns.period if tick.held else tick.index - 1
+        if isinstance(lidar.schedule, EveryUpdate) and not tick.held:
             return self._measured(self._partial_scan(lidar, tick, targets), lidar, tick, complete=False)
-        turn = tick.index - 1
         firings = len(self._turns.pattern(turn))
-        if self._bins is not None:
+        if tick.held:
+            scan = self._still_scan(lidar, tick, turn, targets)
+        elif self._bins is not None:
             scan = self._continuous_scan(lidar, tick.start, tick.end, [(turn, slice(0, firings))], targets)
         elif lidar.wants_updates:
             scan = self._unfinished.pop(turn, _Turn())
         elif (device := self._on_device(scene, world, turn)) is not None:
             return self._device_scan(device, lidar, tick, wanted)
         else:
-            pose = lidar.pose(tick.poses)
-            part = self._scan(Shot(slice(0, firings), pose, tick.poses, turn=turn), targets)
-            scan = _Turn([part], firings, pose, pose)
+            scan = self._still_scan(lidar, tick, turn, targets)
         return self._measured(scan, lidar, tick, complete=scan.firings == firings)
 
     def _measured(self, scan: _Turn, lidar: LidarRuntime, tick: Tick, *, complete: bool) -> Measurement:
@@ -118,7 +118,7 @@ class Scans:
         else:
             names = set.intersection(*(set(part) for part in parts))
             arrays = {name: np.concatenate([part[name] for part in parts]) for name in names}
-        ends = lidar.ends(tick) if self._history is not None else (scan.start, scan.end)
+        ends = (scan.start, scan.end) if tick.held or self._history is None else lidar.ends(tick)
         return Measurement(arrays, count, ends, complete)
 
     def _targets(self, scene: WorldView, world: CastWorld, wanted: frozenset[str]) -> Targets:
@@ -173,6 +173,12 @@ class Scans:
         velocities = np.array(state.velocities(device.world.bodies)).reshape(-1, 6)
         arrays, count = device.scan(pose, state, velocities, wanted)
         return Measurement(arrays, count, lidar.ends(tick) if self._history is not None else (pose, pose))
+
+    def _still_scan(self, lidar: LidarRuntime, tick: Tick, turn: int, targets: Targets) -> _Turn:
+        """A whole turn in one state of the world."""
+        firings, pose = len(self._turns.pattern(turn)), lidar.pose(tick.poses)
+        part = self._scan(Shot(slice(0, firings), pose, tick.poses, turn=turn), targets)
+        return _Turn([part], firings, pose, pose)
 
     def _continuous_scan(
         self, lidar: LidarRuntime, start: Fraction, end: Fraction, slices: list[tuple[int, slice]], targets: Targets

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from graph.sim import settings as keys
 from sensors.annotators.annotator import Annotator
 from sensors.annotators.registry import find_annotator
 
@@ -60,10 +61,13 @@ class AnnotatedWriter:
         self._attached = ()
 
     def __call__(self, frame: Frame) -> None:
-        """Receives a new frame."""
-        assert self._product is not None
+        """Receives a new frame; while captureOnPlay is off, only those that the orchestrator's steps render."""
+        product = self._product
+        assert product is not None
+        if not product.stepped and product.scene is not None and not product.scene.settings.get(keys.CAPTURE_ON_PLAY):
+            return
         data = {annotator.name: annotator.get_data() for annotator in self._attached}
         if self.data_structure == "renderProduct":
-            self.write({"renderProducts": {self._product.path.rpartition("/")[2]: data}})
+            self.write({"renderProducts": {product.path.rpartition("/")[2]: data}})
         else:
             self.write(data)

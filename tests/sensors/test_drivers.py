@@ -148,3 +148,23 @@ def test_next_render_simulation_async_waits_for_n_frames_and_warns():
         assert (product.frames, app.update_index) == (3, 18)
         (warning,) = [each for each in app.warnings if each.code == "next-render-simulation-deprecated"]
         assert "update_app_async" in warning.message
+
+
+@pytest.mark.parametrize("rate", [10.0, 0.0])
+@pytest.mark.parametrize("motion", ["frozen", "update", "continuous"])
+def test_a_step_of_no_time_gives_a_whole_scan_of_the_world_as_it_stands(rate, motion):
+    """Every lidar scans a whole turn at time 0, twice with the same hits, though no physics step was run."""
+    with App(physics_hz=240, loop_hz=60, fidelity={"lidar.motion": motion}) as app:
+        app.add_prims(PRIMS)
+        options = {"tick_rate": rate, "translations": [0, 0, 1], "aux_output_level": "BASIC"}
+        sensor = LidarSensor(
+            Lidar.create("/World/Lidar", config="Example_Rotary_2D", app=app, **options), annotators=[GMO]
+        )
+        scans = []
+        for _ in range(2):
+            app.orchestrator.step(delta_time=0)
+            scans.append(parse_generic_model_output_data(sensor.get_data(GMO)[0]))
+        assert [(gmo.timestampNs, gmo.scanComplete) for gmo in scans] == [(0, True), (0, True)]
+        assert scans[0].numElements == scans[1].numElements > 200
+        assert (scans[0].z == scans[1].z).all()
+        assert app.simulation.get_num_physics_steps() == 0

@@ -10,6 +10,7 @@ from typing import Protocol
 from graph.base import exact
 from graph.base.suggesting import Suggesting
 from graph.sim import settings as keys
+from graph.sim.renderer.scheduler import SensorScheduler
 from graph.sim.settings import Settings
 from graph.sim.timing.clocks import checked_rate
 from graph.sim.timing.run_loop import RunLoop
@@ -19,6 +20,7 @@ from graph.sim.timing.timeline import Timeline
 class Stepped(Protocol):
     """The interface that an orchestrator steps: a `graph.sim.driver.Driver`."""
 
+    rendering: SensorScheduler
     timeline: Timeline
     run_loop: RunLoop
     settings: Settings
@@ -61,11 +63,11 @@ class Orchestrator(Suggesting):
         """Plays if the timeline does not, runs one app update, hands its frames to writers and post-render graphs.
 
         `pause_timeline` pauses afterwards; the next step plays on. `delta_time` [s] is the dt of this one update: None
-        keeps that of the loop, 0 holds the timeline (in fixed stepping other values are ignored: warning
-        `delta-time-ignored`). `wait_for_render` matters in the profile `isaacsim-6.0.1`, where frames arrive one update
-        late: they are delivered at once. `rt_subframes` above 1 has no effect, because ideal sensors do not converge
-        over subframes: warning `rt-subframes-ignored`. Raises ValueError for a negative time or fewer than -1
-        subframes.
+        keeps that of the loop; 0 holds the timeline, and every render product gives a frame of the world as it stands,
+        a lidar one whole scan. In fixed stepping other values are ignored: warning `delta-time-ignored`.
+        `wait_for_render` matters in the profile `isaacsim-6.0.1`, where frames arrive one update late: they are
+        delivered at once. `rt_subframes` above 1 has no effect, because ideal sensors do not converge over subframes:
+        warning `rt-subframes-ignored`. Raises ValueError for a negative time or fewer than -1 subframes.
         """
         with self._one_step(rt_subframes, pause_timeline, delta_time, wait_for_render):
             self._driver.update()
@@ -97,8 +99,12 @@ class Orchestrator(Suggesting):
         driver.check_drivable()
         if not driver.timeline.is_playing():
             driver.play()
-        with self._lasting(step):
-            yield
+        before, driver.rendering.stepped = driver.rendering.stepped, True
+        try:
+            with self._lasting(step):
+                yield
+        finally:
+            driver.rendering.stepped = before
         if wait_for_render:
             driver.deliver_frames()
         if pause_timeline and driver.timeline.is_playing():
@@ -113,9 +119,11 @@ class Orchestrator(Suggesting):
         elif not step:
             moves = driver.timeline.is_auto_updating()
             driver.timeline.set_auto_update(False)
+            driver.rendering.capture_held = True
             try:
                 yield
             finally:
+                driver.rendering.capture_held = False
                 driver.timeline.set_auto_update(moves)
         else:
             if driver.settings.get(keys.FIXED_STEPPING):

@@ -7,6 +7,7 @@ from typing import Any
 
 from graph.isaac.outcomes import inert, tell_inert
 from graph.isaac.session import RUN, app, kit
+from graph.sim import settings as keys
 from sensors import replicator as ours
 from sensors.annotators.annotator import Annotator as OurAnnotator
 from sensors.products import remove_product
@@ -270,20 +271,26 @@ class _Orchestrator:
         self._status = _Status.NOT_STARTED
 
     def step(
-        self, rt_subframes: int = -1, pause_timeline: bool = True, delta_time: Any = None, *_: Any, **__: Any
+        self,
+        rt_subframes: int = -1,
+        pause_timeline: bool = True,
+        delta_time: float | None = None,
+        wait_for_render: bool = True,
     ) -> None:
         run = RUN.get()
         if run is not None:
             run.check()
-        options = {} if delta_time is None else {"delta_time": delta_time}
-        app().orchestrator.step(pause_timeline=pause_timeline, **options)
+        app().orchestrator.step(rt_subframes, pause_timeline, delta_time, wait_for_render)
         kit().turn()
 
     async def step_async(
-        self, rt_subframes: int = -1, pause_timeline: bool = True, delta_time: Any = None, *_: Any, **__: Any
+        self,
+        rt_subframes: int = -1,
+        pause_timeline: bool = True,
+        delta_time: float | None = None,
+        wait_for_render: bool = True,
     ) -> None:
-        options = {} if delta_time is None else {"delta_time": delta_time}
-        await app().orchestrator.step_async(pause_timeline=pause_timeline, **options)
+        await app().orchestrator.step_async(rt_subframes, pause_timeline, delta_time, wait_for_render)
 
     def preview(self) -> None:
         kit().update()
@@ -292,31 +299,35 @@ class _Orchestrator:
         await kit().next_update()
 
     def run(self, num_frames: int | None = None, start_timeline: bool = False) -> None:
-        if start_timeline:
-            app().play()
-        self._status = _Status.STARTED
+        self._start(start_timeline)
         for _ in range(num_frames or 1):
             kit().update()
 
     async def run_async(self, num_frames: int | None = None, start_timeline: bool = False) -> None:
-        if start_timeline:
-            app().play()
+        self._start(start_timeline)
         for _ in range(num_frames or 1):
             await kit().next_update()
 
+    run_until_complete = run
     run_until_complete_async = run_async
 
-    def run_until_complete(self, num_frames: int | None = None, start_timeline: bool = False) -> None:
-        self.run(num_frames, start_timeline)
+    def _start(self, start_timeline: bool) -> None:
+        if start_timeline:
+            app().play()
+        self._turn(_Status.STARTED)
+
+    def _turn(self, status: _Status) -> None:
+        """The new status; while started, every update is a step of the orchestrator."""
+        self._status, app().rendering.stepped = status, status is _Status.STARTED
 
     def stop(self) -> None:
-        self._status = _Status.STOPPED
+        self._turn(_Status.STOPPED)
 
     def pause(self) -> None:
-        self._status = _Status.PAUSED
+        self._turn(_Status.PAUSED)
 
     def resume(self) -> None:
-        self._status = _Status.STARTED
+        self._turn(_Status.STARTED)
 
     def wait_until_complete(self) -> None:
         app().deliver_frames()
@@ -324,9 +335,8 @@ class _Orchestrator:
     async def wait_until_complete_async(self) -> None:
         app().deliver_frames()
 
-    @inert("omni.replicator.core")
     def set_capture_on_play(self, value: bool) -> None:
-        return None
+        app().settings.set(keys.CAPTURE_ON_PLAY, bool(value))
 
     def get_status(self) -> _Status:
         return self._status

@@ -48,6 +48,8 @@ class RenderProduct(Suggesting):
         """Drops frames and counts."""
         self.frame: Any = None
         self.new_frame = False
+        self.stepped = False
+        """Whether a step of the orchestrator rendered the newest frame."""
         self.frames = 0
         self.elements = 0
         self.first_frame_ns: int | None = None
@@ -100,9 +102,9 @@ class RenderProduct(Suggesting):
         self.sensor.schedule.restart(moment)
         self.capture, self.capture_index = None, 0
 
-    def deliver(self, frame: SensorFrame) -> None:
+    def deliver(self, frame: SensorFrame, *, stepped: bool = False) -> None:
         """Stores and counts a new frame."""
-        self.frame = frame
+        self.frame, self.stepped = frame, stepped
         self.new_frame = True
         self.frames += 1
         self.elements += frame.count

@@ -26,10 +26,11 @@ class Tick:
 
     `index` is k on the sensor's grid (0 for a sensor that renders every update); `poses` is the captured state that a
     frozen sensor uses, None for the current state; `seen` is the external time [s] of that state. `scene` is the world
-    that is measured, given by who renders the tick.
+    that is measured, given by who renders the tick. `held` says that the world is captured as it stands, off the grid:
+    the interval has length 0, and a scanning sensor gives one whole scan of the present state.
     """
 
-    __slots__ = ("_end", "_start", "index", "poses", "rate", "scene", "seen", "time")
+    __slots__ = ("_end", "_start", "held", "index", "poses", "rate", "scene", "seen", "time")
     scene: WorldView
 
     def __init__(
@@ -40,6 +41,8 @@ class Tick:
         start: Fraction | None = None,
         end: Fraction | None = None,
         poses: Any = None,
+        *,
+        held: bool = False,
     ) -> None:
         self.index = index
         self.rate = rate
@@ -48,6 +51,7 @@ class Tick:
         self._end = end
         self.poses = poses
         self.seen = time
+        self.held = held
 
     @property
     def start(self) -> Fraction:

@@ -43,6 +43,10 @@ class SensorScheduler:
         self.capture_at_ticks = True
         self.autotrigger_idle = False
         """Whether sensors of tick rate 0 also render in updates in which the external time does not advance."""
+        self.stepped = False
+        """Whether the orchestrator runs this update; it marks the frames, for writers that take no others."""
+        self.capture_held = False
+        """Whether every product also renders the world as it stands, unless it is due in the update anyway."""
         self.frames_later = False
         """Whether a frame is delivered by `deliver_pending` instead of in the update that renders it."""
         self.next_capture = NEVER
@@ -55,7 +59,10 @@ class SensorScheduler:
         self._rendered_step = 0
         self._rendered_version = clock.version
         self._captures: list[tuple[int, int, RenderProduct]] = []
-        self._pending: list[tuple[Fraction, RenderProduct, SensorFrame]] = []  # each with when it may be delivered
+        self._pending: list[
+            tuple[Fraction, RenderProduct, SensorFrame, bool]
+        ] = []  # when each may be delivered, ..., stepped
+        self._rendered: list[RenderProduct] = []
         self._held = True  # without multi-tick rendering: nothing was rendered in the update before
 
     # -- products ----------------------------------------------------------------------------------------------------
@@ -200,7 +207,10 @@ class SensorScheduler:
 
         Then delivers the frames of sensors with a latency whose time has come.
         """
+        self._rendered = []
         self._render_due(playing)
+        if self.capture_held:
+            self._render_held()
         if self._pending and not self.frames_later:
             self._deliver_ready()
 
@@ -295,6 +305,13 @@ class SensorScheduler:
             if isinstance(schedule, EveryUpdate) and not schedule.rate:
                 self._deliver(product, schedule.repeat(self._clock.time))
 
+    def _render_held(self) -> None:
+        """Renders the present state with each product that was not due; their schedules go on as if it had not."""
+        time, rendered = self.time, self._rendered
+        for product in tuple(self.products.values()):
+            if product.enabled and product not in rendered:
+                self._deliver(product, Tick(0, product.sensor.schedule.rate, time, time, time, held=True))
+
     def _render_every_update(self) -> None:
         if not self.products:
             return
@@ -327,24 +344,25 @@ class SensorScheduler:
         frame = product.sensor.render(tick)
         if frame is None:
             return
+        self._rendered.append(product)
         latency = product.sensor.latency
         if latency or self.frames_later:
-            self._pending.append((tick.end + latency, product, frame))
+            self._pending.append((tick.end + latency, product, frame, self.stepped))
             return
-        product.deliver(frame)
+        product.deliver(frame, stepped=self.stepped)
         self.new_frames.append(product)
 
     def _deliver_ready(self) -> None:
         """Delivers waiting frames whose time has come: the oldest of each product."""
         time, pending = self.time, self._pending
         self._pending = []
-        for ready, product, frame in pending:
+        for ready, product, frame, stepped in pending:
             if not product.enabled or product.scene is None:
                 continue
             if ready > time or product in self.new_frames:
-                self._pending.append((ready, product, frame))
+                self._pending.append((ready, product, frame, stepped))
             else:
-                product.deliver(frame)
+                product.deliver(frame, stepped=stepped)
                 self.new_frames.append(product)
 
     def _end_frames(self) -> None:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from graph.base.errors import RunError, UserError
 from graph.sim import App, SimulationEvent, VirtualClock, app_utils
 from graph.sim import settings as keys
-from tests.support.noting_sensor import NotingSensor, add
+from tests.support.noting_sensor import NotingLidar, NotingSensor, add
 
 PRODUCT = "isaacsim-6.0.1"
 MANUAL = "/app/runLoops/main/manualModeEnabled"
@@ -288,6 +288,70 @@ def test_step_delta_time_0_holds_the_timeline():
         assert (app.timeline.current_time, app.simulation.time, app.update_index) == (0, 0, 1)
         app.orchestrator.step()
         assert app.simulation.get_num_physics_steps() == 1
+
+
+@pytest.mark.parametrize("parity", ["documented", PRODUCT])
+@pytest.mark.parametrize("settings", [{}, {keys.MULTI_TICK: False}])
+def test_step_delta_time_0_captures_the_world_once_with_every_product(parity, settings):
+    with App(parity=parity, settings=settings) as app:
+        sensors = [
+            add(app, NotingSensor(), "camera"),
+            add(app, NotingSensor(20), "ticking"),
+            add(app, NotingLidar(10), "lidar"),
+            add(app, NotingSensor(wants_updates=True), "updated"),
+        ]
+        off = add(app, NotingSensor(), "off")
+        off.product.enabled = False
+        written = []
+        for sensor in sensors:
+            sensor.product.writers.append(lambda frame, sensor=sensor: written.append(sensor))
+        for number in (1, 2, 3):
+            app.orchestrator.step(delta_time=0)
+            assert app.timeline.current_time == 0
+            assert (len(written), len(set(written))) == (4 * number, 4)
+        assert not off.ticks
+        app.orchestrator.step(delta_time=0, pause_timeline=False)
+        app.orchestrator.step(delta_time=0)
+        assert [len(sensor.ticks) for sensor in sensors] == [5] * 4
+
+
+def test_step_async_delta_time_0_captures_too():
+    with App() as app:
+        sensor = add(app, NotingSensor(20))
+        asyncio.run(app.orchestrator.step_async(delta_time=0))
+        assert (len(sensor.ticks), sensor.product.frames, app.timeline.current_time) == (1, 1, 0)
+
+
+def test_captures_of_the_held_world_leave_the_schedules_alone():
+    """60 updates/s: a sensor of 20 Hz is due at 3, 6, 9, ... updates; each tick of an autotrigger covers one update."""
+    with App() as app:
+        ticking, each = add(app, NotingSensor(20), "ticking"), add(app, NotingSensor(), "each")
+        for _ in range(6):
+            app.orchestrator.step()
+            app.orchestrator.step(delta_time=0)
+        moved = [tick for tick in ticking.ticks if not tick.held]
+        assert [(tick.index, tick.time) for tick in moved] == [(1, Fraction(3, 60)), (2, Fraction(6, 60))]
+        assert [tick.time for tick in ticking.ticks if tick.held] == [Fraction(number, 60) for number in range(1, 7)]
+        moved = [tick for tick in each.ticks if not tick.held]
+        assert [(tick.start, tick.end) for tick in moved] == [
+            (Fraction(number, 60), Fraction(number + 1, 60)) for number in range(6)
+        ]
+        assert ticking.product.missed == 0
+
+
+def test_frames_tell_whether_a_step_rendered_them():
+    """In the profile whose frames come one update later, too: a played frame is not taken for that of the next step."""
+    for parity in ("documented", PRODUCT):
+        with App(parity=parity) as app:
+            product = add(app, NotingSensor()).product
+            told = []
+            product.writers.append(lambda frame, product=product, told=told: told.append(product.stepped))
+            app.play()
+            app.update(2)
+            app.orchestrator.step()
+            app.update(2)
+            assert told[:3] == [False, False, True]
+            assert not any(told[3:])
 
 
 def test_step_delta_time_in_fixed_stepping_is_reported_to_be_ignored():

@@ -1,0 +1,154 @@
+"""`omni.replicator.core` in scripts: what the orchestrator captures, and the prims that calls author."""
+
+import pytest
+
+APP = "from isaacsim import SimulationApp\napp = SimulationApp({'headless': True})\n"
+LOOKING_DOWN = f"""{APP}
+import os
+import numpy as np
+import omni.replicator.core as rep
+import omni.timeline, omni.usd, carb
+from pxr import UsdGeom, UsdLux
+stage = omni.usd.get_context().get_stage()
+UsdLux.DomeLight.Define(stage, "/World/Dome").CreateIntensityAttr(500)
+cube = UsdGeom.XformCommonAPI(UsdGeom.Cube.Define(stage, "/World/Cube"))
+UsdGeom.XformCommonAPI(UsdGeom.Camera.Define(stage, "/World/Camera")).SetTranslate((0, 0, 6))
+product = rep.create.render_product("/World/Camera", (8, 6))
+writer = rep.WriterRegistry.get("BasicWriter")
+writer.initialize(output_dir="frames", distance_to_image_plane=True)
+writer.attach([product])
+timeline = omni.timeline.get_timeline_interface()
+def depths():
+    names = sorted(os.listdir("frames")) if os.path.isdir("frames") else []
+    return [round(float(np.load("frames/" + name)[3, 4]), 3) for name in names if name.endswith(".npy")]
+"""
+
+
+@pytest.fixture
+def ran(run_script, tmp_path, monkeypatch):
+    """(Lines that a script prints, stderr); it must end well."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(text, *options):
+        code, out, err = run_script(text, *options)
+        assert code == 0, err
+        return out.splitlines(), err
+
+    return run
+
+
+@pytest.mark.parametrize("parity", ["documented", "isaacsim-6.0.1"])
+def test_a_step_of_no_time_captures_the_world_as_it_stands(ran, parity):
+    """The cube's top is 5 m below the camera, then 4 m after it rises by 1 m: before play, and after 6 updates."""
+    lines, _ = ran(
+        f"""{LOOKING_DOWN}
+rep.orchestrator.set_capture_on_play(False)
+rep.orchestrator.step(delta_time=0.0)
+cube.SetTranslate((0, 0, 1))
+rep.orchestrator.step(delta_time=0.0)
+print(depths(), timeline.get_current_time())
+timeline.play()
+for _ in range(6):
+    app.update()
+before = timeline.get_current_time()
+cube.SetTranslate((0, 0, 2))
+rep.orchestrator.step(delta_time=0.0, pause_timeline=False)
+rep.orchestrator.wait_until_complete()
+print(depths(), timeline.get_current_time() == before > 0, timeline.is_playing())
+app.close()
+""",
+        "--parity",
+        parity,
+    )
+    assert lines == ["[5.0, 4.0] 0.0", "[5.0, 4.0, 3.0] True True"]
+
+
+def test_step_async_captures_too(ran):
+    lines, _ = ran(f"""{LOOKING_DOWN}
+async def capture():
+    for _ in range(2):
+        await rep.orchestrator.step_async(delta_time=0.0)
+app.run_coroutine(capture())
+print(len(depths()), timeline.get_current_time())
+app.close()
+""")
+    assert lines == ["2 0.0"]
+
+
+@pytest.mark.parametrize("parity", ["documented", "isaacsim-6.0.1"])
+@pytest.mark.parametrize(
+    "switch",
+    [
+        "rep.orchestrator.set_capture_on_play({})",
+        "carb.settings.get_settings().set('/omni/replicator/captureOnPlay', {})",
+    ],
+)
+def test_capture_on_play_decides_whether_played_updates_are_written(ran, switch, parity):
+    """5 played updates, 2 steps, 5 played updates."""
+    script = f"""{LOOKING_DOWN}
+%s
+for _ in range(2):
+    timeline.play()
+    for _ in range(5):
+        app.update()
+    timeline.pause()
+    app.update()
+    if not os.path.isdir("stepped"):
+        os.mkdir("stepped")
+        for _ in range(2):
+            rep.orchestrator.step()
+rep.orchestrator.wait_until_complete()
+print(len(depths()))
+app.close()
+"""
+    assert ran(script % switch.format(False), "--parity", parity)[0] == ["2"]
+
+
+def test_with_capture_on_play_every_played_update_is_written(ran):
+    lines, _ = ran(f"""{LOOKING_DOWN}
+timeline.play()
+for _ in range(5):
+    app.update()
+rep.orchestrator.step()
+print(len(depths()), carb.settings.get_settings().get("/omni/replicator/captureOnPlay"))
+app.close()
+""")
+    assert lines == ["6 True"]
+
+
+def test_a_started_orchestrator_captures_each_update_until_it_stops(ran):
+    lines, _ = ran(f"""{LOOKING_DOWN}
+rep.orchestrator.set_capture_on_play(False)
+rep.orchestrator.run_until_complete(num_frames=3, start_timeline=True)
+rep.orchestrator.stop()
+app.update()
+print(len(depths()))
+app.close()
+""")
+    assert lines == ["3"]
+
+
+def test_a_writer_of_the_script_follows_capture_on_play(ran):
+    lines, _ = ran(f"""{LOOKING_DOWN}
+class Count(rep.Writer):
+    def __init__(self):
+        self.annotators, self.seen = ["distance_to_image_plane"], 0
+    def write(self, data):
+        self.seen += 1
+rep.WriterRegistry.register(Count)
+count = rep.WriterRegistry.get("Count", init_params={{}})
+count.attach([product])
+rep.orchestrator.set_capture_on_play(False)
+timeline.play()
+for _ in range(5):
+    app.update()
+rep.orchestrator.step(delta_time=0.0)
+print(count.seen)
+app.close()
+""")
+    assert lines == ["1"]
+
+
+def test_a_step_says_that_subframes_have_no_effect(ran):
+    _, err = ran(f"{LOOKING_DOWN}\nrep.orchestrator.step(rt_subframes=4)\napp.close()\n")
+    assert "rt-subframes-ignored" in err
