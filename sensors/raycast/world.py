@@ -53,7 +53,7 @@ class CastWorld:
     device: Any = None
     """Where rays are cast (`devices.device_of`); None: on the processor."""
     scene: WorldView
-    """Where its surfaces come from; bare geometry has none."""
+    """Where its surfaces come from; None for bare geometry."""
 
     def __init__(
         self,
