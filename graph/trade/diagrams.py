@@ -150,7 +150,7 @@ def diagram(axis: Any, outcome: Outcome, metric: str) -> None:
         best, word_of_it = outcome.nearest, "nearest to the budget"
     if best is not None and id(best) in where:
         _mark(axis, where[id(best)], word_of_it, _name(best))
-    _few_ticks(axis, [cost for _, cost, _ in points])
+    _few_ticks(axis, [end for row, cost, _ in points for end in _bar(row, cost)])
     _number(axis, places)
     unit = f" [{about.unit}]" if about.unit else ""
     axis.set_title(f"{metric}: {about.doc}", fontsize=8.5, loc="left")
@@ -205,6 +205,12 @@ def _number(axis: Any, places: Sequence[tuple[float, float]]) -> None:
             str(number), place, xytext=(0, 7), textcoords="offset points", ha="center", fontsize=9, weight="bold",
             path_effects=[withStroke(linewidth=3, foreground="white")],
         )  # fmt: skip
+
+
+def _bar(row: Row, cost: float) -> tuple[float, float]:
+    """The ends of the bar of a cost: the spread of its runs."""
+    spread = min(row.spread.cpu, 0.9) if row.spread else 0.0  # a logarithm has no 0
+    return cost * (1 - spread), cost * (1 + spread)
 
 
 def _few_ticks(axis: Any, costs: Sequence[float]) -> None:

@@ -41,12 +41,21 @@ def indices(values: NDArray[Any], low: float, high: float) -> NDArray[np.uint8]:
 NEAR = 95
 """The hundredth of distances above which all have the last colour: the horizon is far behind what is looked at."""
 
+LEAST_SPAN = 0.02
+"""What a scale spans at least, as a share of its larger end."""
+
 
 def spread(values: NDArray[Any], upper: float = 99) -> tuple[float, float]:
-    """The first and the `upper` hundredth of the finite values; 0 and 1 without any."""
+    """The first and the `upper` hundredth of the finite values, as far apart as in `widened`; 0 and 1 without any."""
     known = np.asarray(values, np.float64)
     known = known[np.isfinite(known)]
     if not len(known):
         return 0.0, 1.0
-    low, high = (float(one) for one in np.percentile(known, (1, upper)))
-    return (low, high) if high > low else (low - 0.5, low + 0.5)
+    return widened(*(float(one) for one in np.percentile(known, (1, upper))))
+
+
+def widened(low: float, high: float) -> tuple[float, float]:
+    """Ends of a scale about both numbers: equal numbers get its middle, and rounding errors are not spread over it."""
+    least = LEAST_SPAN * max(abs(low), abs(high)) or 1.0
+    missing = max(0.0, least - (high - low)) / 2
+    return low - missing, high + missing

@@ -12,6 +12,7 @@ RING, TEXT, MARK = (74, 82, 96), (214, 220, 230), (255, 96, 64)
 APART = 90
 """Pixels between rings at least."""
 BAR_HEIGHT = 26
+TEXT_HEIGHT = 13
 STEPS = (1.0, 2.0, 5.0)
 
 
@@ -41,10 +42,11 @@ def draw_labels(image: Any, middle: tuple[float, float], pixels: float) -> None:
     way = (0, -1) if inside[0, -1] >= 2 * step * pixels else max(inside, key=lambda one: inside[one])
     for number in range(1, int(inside[way] / pixels / step) + 1):
         away = number * step * pixels
-        place = middle[0] + way[0] * away, middle[1] + way[1] * away
-        pen.text(
-            place, f"{number * step:g} m", fill=TEXT, font=font, anchor="mm", stroke_width=2, stroke_fill=(8, 8, 12)
-        )
+        text = f"{number * step:g} m"
+        least = pen.textlength(text, font=font) / 2 + 3, TEXT_HEIGHT / 2 + 3  # the whole text is inside of the image
+        most = image.width - least[0], image.height - least[1]
+        place = tuple(max(least[axis], min(middle[axis] + way[axis] * away, most[axis])) for axis in (0, 1))
+        pen.text(place, text, fill=TEXT, font=font, anchor="mm", stroke_width=2, stroke_fill=(8, 8, 12))
 
 
 def draw_mark(image: Any, middle: tuple[float, float], heading: tuple[float, float]) -> None:
@@ -80,4 +82,4 @@ def with_bar(image: Any, low: float, high: float, what: str) -> Any:
 def _font() -> Any:
     from PIL import ImageFont
 
-    return ImageFont.load_default(13)
+    return ImageFont.load_default(TEXT_HEIGHT)
