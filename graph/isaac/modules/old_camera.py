@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
+from graph.base import exact
 from graph.isaac.session import app
 from graph.sim.usd import UsdGeom
 from sensors.products import product_name, render_product
 from sensors.replicator import get_annotator
 
 from .old_prims import SingleXFormPrim
+from .own_schemas import applied
 from .transforms import quat_to_rot_matrix, rot_matrix_to_quat
 
 __all__ = ["Camera"]
@@ -41,14 +44,23 @@ class Camera(SingleXFormPrim):
             camera.CreateClippingRangeAttr().Set((0.05, 1000000.0))
         super().__init__(prim_path, name)
         self._resolution = _size(resolution or (128, 128))
-        self._frequency = frequency or (round(1 / dt) if dt else None)
+        self._frequency: Fraction | None = None
+        if frequency is not None and dt is not None:
+            raise Exception("Camera takes a frequency or a dt, not both; leave one of them out")
+        if frequency is not None:
+            self.set_frequency(frequency)
+        elif dt is not None:
+            self.set_dt(dt)
         if position is not None or orientation is not None:
             self.set_world_pose(position, orientation)
         elif translation is not None:
             self.set_local_pose(translation=translation)
         self._render_product_path: str | None = render_product_path
-        self._annotators: dict[str, Any] = {}
-        self._frame: dict[str, Any] = {}
+        self._product: Any = None
+        self._annotators: dict[str, tuple[Any, dict[str, Any]]] = {}
+        self._frame: dict[str, Any] = {"rendering_time": 0.0, "rendering_frame": 0}
+        self._seen: Fraction | None = None  # when the last frame was rendered
+        self._elapsed = Fraction(0)  # since the last frame that it took
         self._paused = False
 
     def initialize(self, physics_sim_view: Any = None, attach_rgb_annotator: bool = True) -> None:
@@ -57,27 +69,54 @@ class Camera(SingleXFormPrim):
             self.attach_annotator("rgb")
 
     def _made(self) -> str:
-        if self._render_product_path is None:
+        """The path of its render product, which is made again if a stop or another size has ended it."""
+        products = app().rendering.products
+        if self._product is None or products.get(self._product.path) is not self._product:
             path, size = self.prim_path, self._resolution
-            self._render_product_path = render_product(app(), path, size, product_name(path, size, "camera")).path
-        return self._render_product_path
+            found = products.get(self._render_product_path or "") or render_product(
+                app(), path, size, product_name(path, size, "camera")
+            )
+            self._product, self._render_product_path = found, found.path
+            found.writers.append(self._acquire)
+            for name, (_, options) in list(self._annotators.items()):
+                self._annotators[name] = self._attached(name, options), options
+        return str(self._product.path)
+
+    def _attached(self, name: str, options: dict[str, Any]) -> Any:
+        return get_annotator(name).initialize(**options).attach([self._product.path])
+
+    def _acquire(self, frame: Any) -> None:
+        """Takes a rendered frame if one over the frequency has passed since the last that it took."""
+        before, self._seen = self._seen, frame.reference
+        if before is None or before > frame.reference:
+            self._elapsed = Fraction(0)
+        else:
+            self._elapsed += frame.reference - before
+        if not self._paused and (self._frequency is None or self._elapsed * self._frequency >= 1):
+            self._elapsed = Fraction(0)
+            self._frame = {"rendering_time": float(frame.reference), "rendering_frame": app().update_index + 1}
+            if self._frequency is not None:  # else they are read when they are wanted
+                self._frame |= self._read()
+
+    def _read(self) -> dict[str, Any]:
+        return {("rgba" if name == "rgb" else name): self._data(name) for name in self._annotators}
 
     def get_render_product_path(self) -> str:
         return self._made()
 
     def attach_annotator(self, annotator_name: str, **kwargs: Any) -> None:
+        self._made()
         if annotator_name not in self._annotators:
-            made = get_annotator(annotator_name).initialize(**kwargs)
-            self._annotators[annotator_name] = made.attach([self._made()])
+            self._annotators[annotator_name] = self._attached(annotator_name, kwargs), kwargs
 
     def detach_annotator(self, annotator_name: str) -> None:
         found = self._annotators.pop(annotator_name, None)
         if found is not None:
-            found.detach()
+            found[0].detach()
 
     def _data(self, annotator: str) -> Any:
         self.attach_annotator(annotator)
-        found = self._annotators[annotator].get_data()
+        found = self._annotators[annotator][0].get_data()
         return found["data"] if isinstance(found, dict) and "data" in found else found
 
     def get_rgba(self, device: Any = None) -> Any:
@@ -90,16 +129,22 @@ class Camera(SingleXFormPrim):
     def get_depth(self, device: Any = None) -> Any:
         return self._data("distance_to_image_plane")
 
-    def get_pointcloud(self, *_: Any, **__: Any) -> Any:
-        return self._data("pointcloud")
+    def get_pointcloud(self, device: Any = None, world_frame: bool = True) -> Any:
+        """Points (n, 3): those of the annotator, if it is attached, else one for each pixel that sees something."""
+        if "pointcloud" in self._annotators:
+            found = self._data("pointcloud")
+            return found if world_frame or not len(found) else self._in_camera(found)[:, :3]
+        depth = self.get_depth()
+        rows, columns = np.nonzero(np.isfinite(depth))
+        pixels = np.stack([columns, rows], axis=1) + 0.5
+        points = self.get_world_points_from_image_coords if world_frame else self.get_camera_points_from_image_coords
+        return points(pixels, depth[rows, columns])
 
     def get_current_frame(self, clone: bool = False) -> dict[str, Any]:
-        if not self._paused:
-            self._frame = {
-                "rendering_time": float(app().external_time),
-                "rendering_frame": app().update_index,
-                **{("rgba" if name == "rgb" else name): self._data(name) for name in self._annotators},
-            }
+        if self._frequency is None and not self._paused:
+            self._frame |= self._read()
+        for name in self._annotators:
+            self._frame.setdefault("rgba" if name == "rgb" else name, None)
         return dict(self._frame) if clone else self._frame
 
     def __getattr__(self, name: str) -> Any:
@@ -108,7 +153,13 @@ class Camera(SingleXFormPrim):
             short = name.partition("_")[2].removesuffix("_to_frame").removesuffix("_from_frame")
             words = {"motion_vectors": "motion_vectors", "instance_segmentation": "instance_segmentation_fast"}
             call = self.attach_annotator if name.startswith("add_") else self.detach_annotator
-            return lambda init_params=None, **__: call(words.get(short, short), **(init_params or {}))
+            known = {"include_unlabelled": "includeUnlabelled"}
+
+            def change(init_params: Any = None, **options: Any) -> None:
+                given = {known[name]: value for name, value in options.items() if name in known}
+                call(words.get(short, short), **{**given, **(init_params or {})})
+
+            return change
         raise AttributeError(f"Camera has no {name}")
 
     # -- the prim ------------------------------------------------------------------------------------------------------
@@ -185,22 +236,75 @@ class Camera(SingleXFormPrim):
         pixels = width * self.get_focal_length() / self.get_horizontal_aperture()
         return np.array([[pixels, 0, width / 2], [0, pixels, height / 2], [0, 0, 1]])
 
+    # -- the pinhole model -----------------------------------------------------------------------------------------
+
+    def get_view_matrix_ros(self, device: Any = None) -> np.ndarray:
+        """World to the camera's optical frame (Z ahead, Y down), (4, 4)."""
+        position, orientation = self.get_world_pose("ros")
+        pose = np.eye(4)
+        pose[:3, :3], pose[:3, 3] = quat_to_rot_matrix(orientation), position
+        return np.linalg.inv(pose)
+
+    def get_image_coords_from_world_points(self, points_3d: Any) -> np.ndarray:
+        """Pixels (n, 2), right and down from the top left corner, of points (n, 3) of the world."""
+        found = self._in_camera(points_3d)[:, :3] @ self._pinhole().T
+        return np.asarray(found[:, :2] / found[:, 2:])
+
+    def get_camera_points_from_image_coords(self, points_2d: Any, depth: Any, device: Any = None) -> np.ndarray:
+        """Points (n, 3) in the optical frame at pixels (n, 2) and depths (n,) along the optical axis."""
+        pixels, depths = np.asarray(points_2d, float).reshape(-1, 2), np.asarray(depth, float).reshape(-1, 1)
+        rays = np.hstack([pixels, np.ones((len(pixels), 1))]) @ np.linalg.inv(self._pinhole()).T
+        return np.asarray(rays * depths)
+
+    def get_world_points_from_image_coords(self, points_2d: Any, depth: Any, device: Any = None) -> np.ndarray:
+        """Points (n, 3) of the world at pixels (n, 2) and depths (n,) along the optical axis."""
+        points = self.get_camera_points_from_image_coords(points_2d, depth)
+        return np.asarray(_with_ones(points) @ np.linalg.inv(self.get_view_matrix_ros()).T)[:, :3]
+
+    def _in_camera(self, points: Any) -> np.ndarray:
+        return np.asarray(_with_ones(np.asarray(points, float).reshape(-1, 3)) @ self.get_view_matrix_ros().T)
+
+    def _pinhole(self) -> np.ndarray:
+        if self.get_lens_distortion_model() != "pinhole":
+            raise Exception(f"{self.prim_path} has the lens {self.get_lens_distortion_model()}, which is no pinhole")
+        return self.get_intrinsics_matrix()
+
+    def get_lens_distortion_model(self) -> str:
+        """`pinhole`, or the name of the schema of another lens."""
+        lenses = [one for one in applied(self.prim) if one.startswith("OmniLensDistortion")]
+        return lenses[0] if lenses else "pinhole"
+
     def get_resolution(self) -> tuple[int, int]:
         return self._resolution
 
     def set_resolution(self, value: Any, *_: Any, **__: Any) -> None:
-        self._resolution = _size(value)
-        self._render_product_path = None
+        self._resolution, self._render_product_path = _size(value), None
+        if self._product is not None:
+            for attached in self._annotators.values():
+                attached[0].detach()
+            if self._acquire in self._product.writers:
+                self._product.writers.remove(self._acquire)
+            self._product = None
+            self._made()
 
     def get_aspect_ratio(self) -> float:
         width, height = self._resolution
         return width / height
 
     def get_frequency(self) -> float:
-        return float(self._frequency or 1 / app().rendering.get_dt())
+        return float(self._frequency or _rendering_rate())
 
-    def set_frequency(self, value: int) -> None:
-        self._frequency = value
+    def set_frequency(self, value: float) -> None:
+        self._take_rate(exact.rate(value), f"frequency {value:g} Hz")
+
+    def set_dt(self, value: float) -> None:
+        self._take_rate(1 / exact.duration(value), f"dt {value:g} s")
+
+    def _take_rate(self, rate: Fraction, given: str) -> None:
+        rendered = _rendering_rate()
+        if rate <= 0 or (rendered / rate).denominator != 1:
+            raise Exception(f"{given}: the rendering rate, {float(rendered):g} Hz, is not a whole multiple of it")
+        self._frequency = rate
 
     def get_dt(self) -> float:
         return 1 / self.get_frequency()
@@ -213,6 +317,14 @@ class Camera(SingleXFormPrim):
 
     def is_paused(self) -> bool:
         return self._paused
+
+
+def _rendering_rate() -> Fraction:
+    return 1 / exact.duration(app().rendering.get_dt())
+
+
+def _with_ones(points: np.ndarray) -> np.ndarray:
+    return np.hstack([points, np.ones((len(points), 1))])
 
 
 def _size(resolution: Any) -> tuple[int, int]:

@@ -73,7 +73,12 @@ class Scene:
         dynamic_friction: float = 0.5,
         restitution: float = 0.8,
     ) -> GroundPlane:
-        return self.add_ground_plane(None, z_position, name, prim_path, static_friction, dynamic_friction, restitution)
+        from graph.sim.scene.stand_ins import LAMP_HEIGHT, sphere_light
+
+        made = self.add_ground_plane(None, z_position, name, prim_path, static_friction, dynamic_friction, restitution)
+        if not self.stage.GetPrimAtPath(f"{prim_path}/SphereLight"):
+            sphere_light(self.stage, f"{prim_path}/SphereLight", LAMP_HEIGHT)
+        return made
 
     def compute_object_AABB(self, name: str) -> tuple[np.ndarray, np.ndarray]:
         from .prim_utils import compute_aabb

@@ -59,9 +59,7 @@ class SensorScheduler:
         self._rendered_step = 0
         self._rendered_version = clock.version
         self._captures: list[tuple[int, int, RenderProduct]] = []
-        self._pending: list[
-            tuple[Fraction, RenderProduct, SensorFrame, bool]
-        ] = []  # when each may be delivered, ..., stepped
+        self._pending: list[tuple[Fraction, RenderProduct, SensorFrame, bool]] = []  # from when, ..., stepped
         self._rendered: list[RenderProduct] = []
         self._held = True  # without multi-tick rendering: nothing was rendered in the update before
 

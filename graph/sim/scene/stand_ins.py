@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from graph.sim.usd import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
+from graph.sim.usd import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdPhysics, UsdShade
 
 from .assets import StandIn
 
@@ -33,6 +33,7 @@ HOME = (0.0, -0.57, 0.0, -2.81, 0.0, 3.037, 0.741)
 FLANGE, HAND_TURN, FINGERS_AT, FINGERS_APART = 0.107, -45.0, 0.0584, 0.04
 ROOM, ROOM_HEIGHT = (8.0, 8.0), 3.0
 HALL, HALL_HEIGHT = (20.0, 30.0), 9.0
+LAMP_RADIUS, LAMP_HEIGHT = 0.5, 7.0
 WHEEL_RADIUS, WHEEL_DISTANCE = 0.03, 0.1125
 SLOW, QUICK = (1e4, 1e4, 1e9), (1e6, 2e4, 1e9)
 """Stiffness, damping and highest force of drives that reach targets in seconds, or at once [N m, N, deg, m, s]."""
@@ -52,7 +53,18 @@ def stand_in(tail: str) -> StandIn | None:
     return None
 
 
-def _ground(stage: Any) -> Any:
+def sphere_light(stage: Any, path: str, height: float) -> None:
+    """A lamp that gives the ground below it, at its centre, about as much light as a dome of intensity 500 does."""
+    light = UsdLux.SphereLight.Define(stage, path)
+    light.CreateRadiusAttr(LAMP_RADIUS)
+    light.CreateIntensityAttr(500.0 * (height / LAMP_RADIUS) ** 2)
+    light.AddTranslateOp().Set(Gf.Vec3d(0, 0, height))
+    light.AddOrientOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Quatd(1))
+    light.AddScaleOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Vec3d(1))
+
+
+def _ground(stage: Any, lamp_height: float = LAMP_HEIGHT) -> Any:
+    sphere_light(stage, "/World/SphereLight", lamp_height)
     root = UsdGeom.Xform.Define(stage, "/World")
     plane = UsdGeom.Plane.Define(stage, "/World/GroundPlane")
     plane.CreateAxisAttr("Z")
@@ -61,7 +73,7 @@ def _ground(stage: Any) -> Any:
 
 
 def _room(stage: Any) -> Any:
-    root = _ground(stage)
+    root = _ground(stage, ROOM_HEIGHT - 2 * LAMP_RADIUS)
     _walls(stage, ROOM, ROOM_HEIGHT)
     _box(stage, "/World/table", (1.2, 0.8, 0.05), (0, 0, 0.725))
     for number, (x, y) in enumerate(((0.5, 0.3), (0.5, -0.3), (-0.5, 0.3), (-0.5, -0.3))):
@@ -70,7 +82,7 @@ def _room(stage: Any) -> Any:
 
 
 def _hall(stage: Any) -> Any:
-    root = _ground(stage)
+    root = _ground(stage, HALL_HEIGHT - 2 * LAMP_RADIUS)
     _walls(stage, HALL, HALL_HEIGHT)
     for row, x in enumerate((-7.5, -2.5, 2.5, 7.5)):
         for level in range(4):

@@ -94,7 +94,10 @@ def test_a_variant_of_a_sensor_asset_is_chosen_as_in_the_original(tmp_path):
     ("asset", "prim", "kind"),
     [
         ("Environments/Grid/default_environment.usd", "GroundPlane", "Plane"),
+        ("Environments/Grid/default_environment.usd", "SphereLight", "SphereLight"),
         ("Environments/Simple_Room/simple_room.usd", "wall_east", "Cube"),
+        ("Environments/Simple_Room/simple_room.usd", "SphereLight", "SphereLight"),
+        ("Environments/Simple_Warehouse/warehouse.usd", "SphereLight", "SphereLight"),
         ("Environments/Simple_Warehouse/full_warehouse.usd", "rack_0_shelf_0", "Cube"),
         ("Props/Blocks/basic_block.usd", "Cube", "Cube"),
         ("Robots/IsaacSim/Ant/ant_colored.usd", "Arm_04/Lower_Arm/lower_arm_joint", "PhysicsRevoluteJoint"),
