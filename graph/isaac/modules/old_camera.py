@@ -73,14 +73,13 @@ class Camera(SingleXFormPrim):
         products = app().rendering.products
         if self._product is None or products.get(self._product.path) is not self._product:
             path, size = self.prim_path, self._resolution
-            found = products.get(self._render_product_path or "") or render_product(
-                app(), path, size, product_name(path, size, "camera")
-            )
+            given = products.get(self._render_product_path or "")
+            found = render_product(app(), path, size, product_name(path, size, "camera")) if given is None else given
             self._product, self._render_product_path = found, found.path
             found.writers.append(self._acquire)
             for name, (_, options) in list(self._annotators.items()):
                 self._annotators[name] = self._attached(name, options), options
-        return str(self._product.path)
+        return str(self._render_product_path)
 
     def _attached(self, name: str, options: dict[str, Any]) -> Any:
         return get_annotator(name).initialize(**options).attach([self._product.path])

@@ -13,6 +13,8 @@ from sensors.annotators.annotator import Annotator as OurAnnotator
 from sensors.products import remove_product
 from sensors.writers import AnnotatedWriter, AttachedWriter
 
+from .replicator_prims import MISSING, Create, distribution, functional, modify, trigger
+
 __all__ = [
     "Annotator",
     "AnnotatorRegistry",
@@ -21,10 +23,14 @@ __all__ = [
     "WriterRegistry",
     "annotators",
     "create",
+    "distribution",
+    "functional",
     "get_global_seed",
+    "modify",
     "orchestrator",
     "set_global_seed",
     "settings",
+    "trigger",
     "utils",
     "writers",
 ]
@@ -90,7 +96,7 @@ def _bare(products: Any) -> Any:
     return products
 
 
-class _Create:
+class _Create(Create):
     @staticmethod
     def render_product(
         camera: Any, resolution: Any = (1280, 720), force_new: bool = False, name: Any = None, **_: Any
@@ -99,16 +105,8 @@ class _Create:
             return [_Create.render_product(one, resolution, force_new, name) for one in camera]
         return HydraTexture(ours.create_render_product(camera, resolution, name=name))
 
-    def __getattr__(self, name: str) -> Any:
-        from graph.isaac.outcomes import refused
 
-        if name.startswith("__"):
-            raise AttributeError(name)
-        why = "scene randomizers are not here; author prims with pxr or isaacsim.core.experimental.objects"
-        return refused(f"omni.replicator.core.create.{name}", why)
-
-
-create = _Create()
+create = _Create("omni.replicator.core.create", MISSING)
 
 
 class Annotator(OurAnnotator):

@@ -152,3 +152,88 @@ app.close()
 def test_a_step_says_that_subframes_have_no_effect(ran):
     _, err = ran(f"{LOOKING_DOWN}\nrep.orchestrator.step(rt_subframes=4)\napp.close()\n")
     assert "rt-subframes-ignored" in err
+
+
+SCENE = f"""{APP}
+import os
+import numpy as np
+import omni.replicator.core as rep
+import omni.usd
+from pxr import UsdGeom, UsdPhysics
+stage = omni.usd.get_context().get_stage()
+def at(path):
+    pose = UsdGeom.XformCache().GetLocalToWorldTransform(stage.GetPrimAtPath(path))
+    return [round(float(x), 3) for x in pose.ExtractTranslation()]
+"""
+
+
+def test_functional_create_authors_prims_by_name_below_their_parent(ran):
+    lines, _ = ran(f"""{SCENE}
+rep.functional.create.xform(name="World")
+light = rep.functional.create.dome_light(intensity=500, parent="/World", name="Dome")
+labels = {{"class": "box"}}
+cube = rep.functional.create.cube(
+    position=(1, 2, 3), scale=(1, 2, 1), parent="/World", name="Cube", semantics=labels
+)
+again = rep.functional.create.cube(parent="/World", name="Cube")
+cones = rep.functional.create_batch.cone(count=2, parent="/World")
+print([str(prim.GetPath()) for prim in (light, cube, again, *cones)])
+print(light.GetTypeName(), light.GetAttribute("inputs:intensity").Get())
+print(cube.GetAttribute("size").Get(), at("/World/Cube"))
+print(list(cube.GetAttribute("semantics:labels:class").Get()))
+rep.functional.modify.semantics(cube, {{"class": "crate"}}, mode="replace")
+rep.functional.modify.pose(cube, position_value=(0, 0, 1), rotation_value=(0, 0, 90))
+rep.functional.physics.apply_rigid_body(cube)
+rep.functional.physics.apply_collider([cube, again])
+print(list(cube.GetAttribute("semantics:labels:class").Get()), at("/World/Cube"), again.HasAPI(UsdPhysics.CollisionAPI))
+side = UsdGeom.XformCache().GetLocalToWorldTransform(cube).TransformDir((1, 0, 0))
+print([round(float(x), 3) + 0.0 for x in side])
+app.close()
+""")
+    assert lines == [
+        "['/World/Dome', '/World/Cube', '/World/Cube_01', '/World/Cone', '/World/Cone_01']",
+        "DomeLight 500.0",
+        "1.0 [1.0, 2.0, 3.0]",
+        "['box']",
+        "['crate'] [0.0, 0.0, 1.0] True",
+        "[0.0, 1.0, 0.0]",
+    ]
+
+
+def test_create_authors_items_that_modify_takes_and_cameras_that_see_them(ran):
+    """A camera 5 m above the plane of 10 x 10 m looks down at it: depth 5; on the cube, raised to 1.5 m, 3.5 m."""
+    lines, _ = ran(f"""{SCENE}
+rep.create.light(light_type="dome", intensity=800)
+plane = rep.create.plane(scale=10, semantics=[("class", "floor")])
+cube = rep.create.cube(position=(0, 0, 0.5), semantics=[("class", "box")])
+camera = rep.create.camera(position=(0, 0, 5), look_at=(0, 0, 0))
+product = rep.create.render_product(camera, (32, 32))
+depth = rep.AnnotatorRegistry.get_annotator("distance_to_image_plane").attach([product])
+seen = rep.AnnotatorRegistry.get_annotator("semantic_segmentation").attach([product])
+with cube:
+    rep.modify.pose(position=(0, 0, 1.0))
+rep.orchestrator.step(delta_time=0.0)
+image = depth.get_data()
+print(round(float(image[16, 16]), 3), round(float(image[0, 0]), 3))
+print(sorted(one["class"] for one in seen.get_data()["info"]["idToLabels"].values()))
+print(camera.GetPath(), [str(prim.GetPath()) for prim in cube.get_output_prims()["prims"]])
+app.close()
+""")
+    assert lines == ["3.5 5.0", "['box', 'floor']", "/Replicator/Camera_Xform/Camera ['/Replicator/Cube_Xform']"]
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("rep.distribution.uniform((0, 0, 0), (1, 1, 1))", "distribution.uniform: values are not drawn at random here"),
+        ("rep.trigger.on_frame()", "trigger.on_frame: graphs of randomizers are not here"),
+        ("rep.functional.randomizer.display_color([])", "randomizer.display_color: values are not drawn at random"),
+        ("rep.create.material_omnipbr()", "create.material_omnipbr: it is not here"),
+        ("rep.functional.create.cube(material='x')", "cube(material=...): it is not here"),
+        ("rep.create.light(light_type='laser')", "light_type 'laser' is not one of Distant"),
+    ],
+)
+def test_random_and_missing_calls_are_refused_with_their_reason(run_script, line, message):
+    code, _, err = run_script(f"{SCENE}{line}\napp.close()\n")
+    assert code == 1
+    assert message in err

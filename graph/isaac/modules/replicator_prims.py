@@ -1,0 +1,321 @@
+"""`create`, `modify` and `functional` of `omni.replicator.core`: prims with given values, nothing drawn at random."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+from graph.isaac.outcomes import UnsupportedError, refused
+from graph.isaac.session import app
+from graph.sim.usd import Usd, UsdGeom, UsdPhysics
+
+from . import prim_utils
+from .stage import generate_next_free_path, refer
+from .transforms import euler_angles_to_quat, look_at_quaternion
+from .xforms import put, world_parts
+
+CORE = "omni.replicator.core"
+RANDOM = "values are not drawn at random here; give a value, or draw it with numpy and set it before each step"
+EACH_FRAME = "graphs of randomizers are not here; change the prims in Python before each orchestrator.step()"
+MISSING = "it is not here; author the prims with pxr or isaacsim.core.experimental.objects"
+LIGHTS = ("Distant", "Dome", "Sphere", "Rect", "Disk", "Cylinder")
+KINDS: dict[str, tuple[str, dict[str, float]]] = {
+    "cube": ("Cube", {"size": 1.0}),
+    "sphere": ("Sphere", {"radius": 0.5}),
+    "cylinder": ("Cylinder", {"radius": 0.5, "height": 1.0}),
+    "cone": ("Cone", {"radius": 0.5, "height": 1.0}),
+    "plane": ("Plane", {}),
+    "xform": ("Xform", {}),
+    "scope": ("Scope", {}),
+    "camera": ("Camera", {}),
+    **{f"{kind.lower()}_light": (f"{kind}Light", {}) for kind in LIGHTS},
+}
+"""Each call's type of prim, and the sizes [m] of a shape of scale 1."""
+ATTRIBUTES = {
+    **{name: f"inputs:{name}" for name in ("intensity", "exposure", "color", "radius", "angle", "length")},
+    "temperature": "inputs:colorTemperature",
+    "texture": "inputs:texture:file",
+    "focal_length": "focalLength",
+    "focus_distance": "focusDistance",
+    "f_stop": "fStop",
+    "horizontal_aperture": "horizontalAperture",
+    "horizontal_aperture_offset": "horizontalApertureOffset",
+    "vertical_aperture_offset": "verticalApertureOffset",
+    "clipping_range": "clippingRange",
+}
+"""Arguments of lights and cameras, and the attributes that they set."""
+DEFAULTS: dict[str, dict[str, Any]] = {"camera": {"clipping_range": (1.0, 1e6)}, "light": {"intensity": 1000.0}}
+
+
+class Items:
+    """Prims that a call of `create` made: `with items:` is where `modify` acts."""
+
+    chosen: ClassVar[list[Items]] = []
+
+    def __init__(self, prims: list[Any], targets: list[Any]) -> None:
+        self.prims, self.targets = prims, targets
+
+    def __enter__(self) -> Items:
+        Items.chosen.append(self)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        Items.chosen.pop()
+
+    def GetPath(self) -> Any:
+        return self.targets[0].GetPath()
+
+    def get_output_prims(self) -> dict[str, list[Any]]:
+        return {"prims": list(self.prims)}
+
+
+def make(call: str, path: str, options: dict[str, Any]) -> Any:
+    """A prim at a path, with attributes of `options`. Raises UnsupportedError for others of them."""
+    kind, sizes = KINDS[call]
+    stage, unit = app().stage, app().meters_per_unit
+    options = {**DEFAULTS.get(call.rpartition("_")[2], {}), **options}
+    known = {name: value for name, value in options.items() if name in ATTRIBUTES}
+    if left := sorted(options.keys() - known):
+        raise UnsupportedError(f"{CORE}: {call}({left[0]}=...): {MISSING}")
+    prim = stage.DefinePrim(path, "Mesh" if kind == "Plane" else kind)
+    if kind == "Plane":
+        mesh, half = UsdGeom.Mesh(prim), 0.5 / unit
+        mesh.CreatePointsAttr([(-half, -half, 0), (half, -half, 0), (half, half, 0), (-half, half, 0)])
+        mesh.CreateFaceVertexCountsAttr([4])
+        mesh.CreateFaceVertexIndicesAttr([0, 1, 2, 3])
+        mesh.CreateSubdivisionSchemeAttr("none")
+    for name, size in sizes.items():
+        prim.GetAttribute(name).Set(size / unit)
+    for name, value in known.items():
+        set_attribute(prim, ATTRIBUTES[name], value)
+    if "temperature" in known:
+        prim.GetAttribute("inputs:enableColorTemperature").Set(True)
+    return prim
+
+
+def set_attribute(prim: Any, name: str, value: Any) -> None:
+    """Sets an attribute by its name, with or without "inputs:"."""
+    found = prim.GetAttribute(name) or prim.GetAttribute(f"inputs:{name}")
+    if not found:
+        raise ValueError(f"{prim.GetPath()} has no attribute {name}")
+    found.Set(tuple(map(float, value)) if isinstance(value, (tuple, list, np.ndarray)) else value)
+
+
+def pose(
+    prim: Any,
+    position: Any = None,
+    rotation: Any = None,
+    scale: Any = None,
+    look_at: Any = None,
+    look_at_up_axis: Any = None,
+) -> None:
+    """Puts a prim at a place, turned about x, y and z [deg], or looking at a point or a prim."""
+    turn = None if rotation is None else euler_angles_to_quat(np.asarray(rotation, float), degrees=True)
+    if look_at is not None:
+        path = str(prim.GetPath())
+        eye = world_parts(path)[0] if position is None else np.asarray(position, float)
+        aims = prims_of(look_at) if not isinstance(look_at, (tuple, list, np.ndarray)) else []
+        target = world_parts(str(aims[0].GetPath()))[0] if aims else np.asarray(look_at, float)
+        up = look_at_up_axis or ((0, 1, 0) if UsdGeom.GetStageUpAxis(app().stage) == "Y" else (0, 0, 1))
+        turn = look_at_quaternion(list(eye), list(target), list(up)).numpy()
+    size = None if scale is None else np.broadcast_to(np.asarray(scale, float), 3)
+    put(prim, translation=position, orientation=turn, scale=size)
+
+
+def label(prim: Any, semantics: Any, mode: str = "add") -> None:
+    """Adds labels, {"class": "cube"} or [("class", "cube")]; mode "replace" or "clear" removes the former ones."""
+    pairs = semantics.items() if isinstance(semantics, Mapping) else semantics or ()
+    if mode not in ("add", "replace", "clear"):
+        raise ValueError(f'semantics: mode {mode!r} is not "add", "replace" or "clear"')
+    if mode != "add":
+        for taxonomy, held in prim_utils.get_labels(prim).items():
+            prim_utils.remove_labels(prim, labels=held, taxonomy=taxonomy)
+    for taxonomy, labels in pairs if mode != "clear" else ():
+        prim_utils.add_labels(prim, labels=labels, taxonomy=taxonomy)
+
+
+def prims_of(given: Any) -> list[Any]:
+    """The prims of a prim, a path, an item of `create`, or a list of these."""
+    if isinstance(given, (list, tuple)):
+        return [prim for one in given for prim in prims_of(one)]
+    if isinstance(given, Items):
+        return list(given.prims)
+    return [given if isinstance(given, Usd.Prim) else app().stage.GetPrimAtPath(str(given))]
+
+
+class Refusing:
+    """A namespace whose further names are refused at their use, each with its reason."""
+
+    def __init__(self, name: str, why: str) -> None:
+        self._name, self._why = name, why
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return refused(f"{self._name}.{name}", self._why)
+
+
+POSE = ("position", "rotation", "scale", "look_at", "look_at_up_axis")
+
+
+def _posed(prim: Any, options: dict[str, Any]) -> dict[str, Any]:
+    """Sets the pose of a new prim; gives the options that are left."""
+    given = {name: options.pop(name) for name in POSE if name in options}
+    if given:
+        pose(prim, **given)
+    return options
+
+
+class FunctionalCreate(Refusing):
+    """`functional.create.cube(position=..., parent="/World", name="Cube")`: a prim with its pose and labels."""
+
+    def __getattr__(self, name: str) -> Any:
+        return self._maker(name) if name in (*KINDS, "reference") else super().__getattr__(name)
+
+    def _maker(self, call: str) -> Callable[..., Any]:
+        def new(*, name: str | None = None, parent: Any = None, semantics: Any = None, **options: Any) -> Any:
+            given = {key: value for key, value in options.items() if value is not None}
+            under = "" if parent is None else str(prims_of(parent)[0].GetPath()).rstrip("/")
+            kind = "Ref" if call == "reference" else KINDS[call][0]
+            path = generate_next_free_path(f"{under}/{name or kind}", prepend_default_prim=False)
+            placed = {key: given.pop(key) for key in POSE if key in given}
+            address = given.pop("usd_path", None) if call == "reference" else None
+            prim = make("xform" if call == "reference" else call, path, given)
+            if address is not None:
+                refer(prim, address)
+            _posed(prim, placed)
+            label(prim, semantics)
+            return prim
+
+        return new
+
+
+class FunctionalBatch(Refusing):
+    """`functional.create_batch.cube(count=3, ...)`: a list of prims that are alike."""
+
+    def __getattr__(self, name: str) -> Any:
+        if name not in KINDS:
+            return super().__getattr__(name)
+        one = getattr(FunctionalCreate(f"{CORE}.functional.create", MISSING), name)
+        return lambda count=1, **options: [one(**options) for _ in range(count)]
+
+
+class Create(Refusing):
+    """`create.cube(position=..., semantics=[("class", "cube")])`: /Replicator/Cube_Xform/Cube."""
+
+    def __getattr__(self, name: str) -> Any:
+        return self._maker(name) if name in (*KINDS, "light") else super().__getattr__(name)
+
+    def _maker(self, call: str) -> Callable[..., Items]:
+        def new(*, count: int = 1, name: str | None = None, parent: Any = None, **options: Any) -> Items:
+            given = {key: value for key, value in options.items() if value is not None}
+            kind = f"{str(given.pop('light_type', 'distant')).lower()}_light" if call == "light" else call
+            if kind not in KINDS:
+                raise ValueError(f"light_type {kind.removesuffix('_light')!r} is not one of {', '.join(LIGHTS)}")
+            semantics = given.pop("semantics", None)
+            placed = {key: given.pop(key) for key in POSE if key in given}
+            under = "/Replicator" if parent is None else str(prims_of(parent)[0].GetPath()).rstrip("/")
+            places, targets = [], []
+            for _ in range(count):
+                path = generate_next_free_path(f"{under}/{KINDS[kind][0]}_Xform", prepend_default_prim=False)
+                places.append(app().stage.DefinePrim(path, "Xform"))
+                targets.append(make(kind, f"{path}/{name or KINDS[kind][0]}", dict(given)))
+                _posed(places[-1], dict(placed))
+                label(targets[-1], semantics)
+            return Items(places, targets)
+
+        return new
+
+    def group(self, items: Any, semantics: Any = None, name: str | None = None) -> Items:
+        prims = prims_of(items)
+        for prim in prims:
+            label(prim, semantics)
+        return Items(prims, prims)
+
+
+class Modify(Refusing):
+    """`with items: modify.pose(position=...)`."""
+
+    @staticmethod
+    def _prims(given: Any = None) -> list[Any]:
+        if given is None and not Items.chosen:
+            raise ValueError(f"{CORE}.modify: call it inside `with items:`, or give input_prims")
+        return prims_of(Items.chosen[-1] if given is None else given)
+
+    def pose(self, position: Any = None, rotation: Any = None, scale: Any = None, **options: Any) -> None:
+        given = {key: value for key, value in options.items() if value is not None}
+        for prim in self._prims(given.pop("input_prims", None)):
+            pose(prim, position, rotation, scale, **given)
+
+    def semantics(self, semantics: Any = None, input_prims: Any = None, mode: str = "add") -> None:
+        for prim in self._prims(input_prims):
+            label(prim, semantics, mode)
+
+    def attribute(self, name: str, value: Any, attribute_type: Any = None, input_prims: Any = None) -> None:
+        for prim in self._prims(input_prims):
+            holder = next((one for one in (prim, *prim.GetChildren()) if one.GetAttribute(name)), prim)
+            holder = next((one for one in (holder, *prim.GetChildren()) if one.GetAttribute(f"inputs:{name}")), holder)
+            set_attribute(holder, name, value)
+
+    def visibility(self, value: bool | None = None, input_prims: Any = None) -> None:
+        functional.modify.visibility(self._prims(input_prims), value)
+
+
+class FunctionalModify(Refusing):
+    """`functional.modify.pose(prims, position_value=...)`."""
+
+    def pose(self, prims: Any, **options: Any) -> None:
+        for prim in prims_of(prims):
+            pose(prim, **{name.removesuffix("_value"): value for name, value in options.items() if value is not None})
+
+    def position(self, prims: Any, value: Any) -> None:
+        self.pose(prims, position=value)
+
+    def rotation(self, prims: Any, value: Any) -> None:
+        self.pose(prims, rotation=value)
+
+    def scale(self, prims: Any, value: Any) -> None:
+        self.pose(prims, scale=value)
+
+    def semantics(self, prims: Any, semantics: Any, mode: str = "add") -> None:
+        for prim in prims_of(prims):
+            label(prim, semantics, mode)
+
+    def attribute(self, prims: Any, name: str, value: Any) -> None:
+        for prim in prims_of(prims):
+            set_attribute(prim, name, value)
+
+    def visibility(self, prims: Any, value: Any) -> None:
+        for prim in prims_of(prims):
+            shown = UsdGeom.Imageable(prim)
+            (shown.MakeVisible if value else shown.MakeInvisible)()
+
+
+class FunctionalPhysics(Refusing):
+    """`functional.physics.apply_collider(prims)`."""
+
+    def apply_collider(self, prims: Any) -> None:
+        for prim in prims_of(prims):
+            UsdPhysics.CollisionAPI.Apply(prim)
+
+    def apply_rigid_body(self, prims: Any) -> None:
+        for prim in prims_of(prims):
+            UsdPhysics.RigidBodyAPI.Apply(prim)
+
+
+class Functional(Refusing):
+    """`omni.replicator.core.functional`: calls that author at once."""
+
+    create = FunctionalCreate(f"{CORE}.functional.create", MISSING)
+    create_batch = FunctionalBatch(f"{CORE}.functional.create_batch", MISSING)
+    modify = FunctionalModify(f"{CORE}.functional.modify", MISSING)
+    physics = FunctionalPhysics(f"{CORE}.functional.physics", MISSING)
+    randomizer = Refusing(f"{CORE}.functional.randomizer", RANDOM)
+
+
+functional = Functional(f"{CORE}.functional", MISSING)
+modify = Modify(f"{CORE}.modify", MISSING)
+distribution = Refusing(f"{CORE}.distribution", RANDOM)
+trigger = Refusing(f"{CORE}.trigger", EACH_FRAME)
