@@ -265,7 +265,7 @@ class Camera(SingleXFormPrim):
 
     def _pinhole(self) -> np.ndarray:
         if self.get_lens_distortion_model() != "pinhole":
-            raise Exception(f"{self.prim_path} has the lens {self.get_lens_distortion_model()}, which is no pinhole")
+            raise Exception(f"{self.prim_path} has the lens {self.get_lens_distortion_model()}, not a pinhole")
         return self.get_intrinsics_matrix()
 
     def get_lens_distortion_model(self) -> str:

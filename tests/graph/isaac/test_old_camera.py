@@ -51,7 +51,7 @@ print([(round(60 * time), number) for time, number, _ in sorted(set(seen)) if ti
 
 
 def test_a_frequency_that_does_not_divide_the_rendering_rate_is_refused(printed):
-    """As are dt's that are no whole number of updates, and both together."""
+    """So is a dt that an update does not divide, and giving both."""
     assert printed("""
 told = []
 for options in ({"frequency": 25}, {"dt": 0.04}, {"frequency": 0}, {"frequency": 20, "dt": 0.05}):
@@ -143,7 +143,7 @@ try:
     camera.get_image_coords_from_world_points(np.zeros((1, 3)))
 except Exception as error:
     print([str(error)])
-""") == [["/World/camera has the lens OmniLensDistortionFthetaAPI, which is no pinhole"]]
+""") == [["/World/camera has the lens OmniLensDistortionFthetaAPI, not a pinhole"]]
 
 
 def test_the_default_ground_plane_brings_its_light(printed):
