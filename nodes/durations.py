@@ -3,10 +3,25 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from fractions import Fraction
 
 from graph.base.exact import duration
-from graph.node import Database
+from graph.node import Database, NodeAtLoad
+
+from .bounds import at_least
+
+
+def check_duration(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
+    """A written `duration` that is not a finite number."""
+    if "duration" in node.given and not math.isfinite(node.db.inputs.duration):
+        yield "duration", f"{node.db.inputs.duration} s does not end; give it a finite number of seconds"
+
+
+def check_length(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
+    """A written `duration` that is not a finite number, or below 0."""
+    yield from check_duration(node)
+    yield from at_least(duration=0)(node) if math.isfinite(node.db.inputs.duration) else ()
 
 
 def finite_duration(db: Database) -> Fraction:

@@ -123,6 +123,17 @@ def body_of(scene: WorldView, path: str) -> str | None:
     raise RunError(f"{path}: it is on no rigid body; put it on one, or below")
 
 
+def may_be_on_body(prim: Any) -> bool:
+    """Whether a prim is on a rigid body, or below a prim whose transform is animated, as far as the stage shows it."""
+    from graph.sim.usd import UsdGeom, UsdPhysics
+
+    while prim and not prim.IsPseudoRoot():
+        if prim.HasAPI(UsdPhysics.RigidBodyAPI) or UsdGeom.Xformable(prim).TransformMightBeTimeVarying():
+            return True
+        prim = prim.GetParent()
+    return False
+
+
 def gravity_of(scene: WorldView) -> Floats:
     """Gravity, (3,) [m/s2], world axes."""
     if scene.physics is not None:

@@ -84,8 +84,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "files",
         metavar="FILE",
         nargs="+",
-        help="graph file (.yaml, .json or .usda), *.test.yaml or campaign file; with --target also a Python script, "
-        "which is only read",
+        help="graph file (.yaml, .json or .usda), *.test.yaml or campaign file; or a Python script, which is only "
+        "read: what graph exec cannot run of it, with --target what fails there",
     )
     parser.add_argument(
         "--target", choices=TARGETS, help="also tell what would fail or differ in that product, though not here"
@@ -216,13 +216,19 @@ def _is_script(file: str) -> bool:
 
 
 def _check_script(file: str, target: str | None) -> Checked:
-    """What a script would lose; it is never run."""
+    """What `graph exec` cannot run of a script, or with a target what it would lose there; it is never run."""
     from graph.portability.report import script_findings
+    from graph.portability.runnable import lacks
+    from graph.portability.syntax import read_script
 
-    if target is None:
-        wrong = f"{file} is a script, not a graph file; to find what fails in a product: --target {TARGETS[0]}"
-        return Checked(file, None, (Problem(wrong),))
     try:
+        if target is None:
+            found = lacks(read_script(file))
+            problems = tuple(one.problem for one in found if one.certain)
+            notes = tuple(
+                ("script-name-missing", str(one.problem.mark), one.problem.message) for one in found if not one.certain
+            )
+            return Checked(file, None, problems, notes)
         findings = tuple(script_findings(target, file))
     except UserError as error:
         return Checked(file, None, error.problems)

@@ -118,6 +118,11 @@ class _Refused(type):
         return refused(f"{cls._name}.{name}", cls._why)
 
 
+def refusal(value: Any) -> str:
+    """Why an object refuses at its first use; "" if it does not."""
+    return value._why if isinstance(value, _Refused) else ""
+
+
 def refused(name: str, why: str) -> Any:
     """A class that refuses at its first use, for the reason `why`."""
     return _Refused(name.rpartition(".")[2], (), {"_why": why, "_name": name, "__module__": name.rpartition(".")[0]})

@@ -25,11 +25,14 @@ class _Unset:
 UNSET: Any = _Unset()
 """No default is declared: the type's zero is used, and an open type must be connected or given a value."""
 
-Role = Literal["", "topic", "stamp", "frame", "data", "sensor", "product", "command", "timeline time", "loop time"]
+Role = Literal[
+    "", "topic", "stamp", "frame", "data", "prim", "sensor", "product", "command", "timeline time", "loop time"
+]
 """What an attribute means to the scheduler, the checks and the reports, none of which knows a node type by name.
 
 Inputs: "topic": the topic that the node publishes on; "stamp": the time [s] in its messages' headers, of several inputs
 in the first that has one; "frame": a coordinate frame that its messages name; "data": what its messages say;
+"prim": paths as text of prims that must exist (those of targets must anyhow), unless an input `usePath` is false;
 "sensor": the prims that it renders;
 "product": the path of a render product: in a post-render graph, each new frame of it triggers the node's first
 unconnected execution input; "command": what a controller is to do, which a stop clears in the profile isaacsim-6.0.1.

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 GONE: Mapping[str, str] = {
     "omni.isaac.core.utils.nucleus": "isaacsim.storage.native",
+    "isaacsim.core.utils.nucleus": "isaacsim.storage.native",
     "omni.isaac.core.utils": "isaacsim.core.utils",
     "omni.isaac.core.prims": "isaacsim.core.prims",
     "omni.isaac.core.articulations": "isaacsim.core.prims",
@@ -32,6 +33,15 @@ GONE: Mapping[str, str] = {
     "omni.graph.action_nodes": "omni.graph.action",
 }
 """Former modules and extensions that 6.0 does not have; the longest name that matches counts."""
+
+COMPLETE: Mapping[str, str] = {
+    "isaacsim.core": "api cloner deprecation_manager experimental includes nodes prims rendering_manager "
+    "simulation_manager throttling utils version",
+    "isaacsim.core.utils": "articulations bounds carb collisions commands constants distance_metrics extensions "
+    "interops math mesh numpy physics prims random render_product rotations semantics space_filling stage string torch "
+    "transformations types viewports warp xforms",
+}
+"""Packages of which every module is known: what else is imported from them does not exist. Others are not judged."""
 
 DEPRECATED: Mapping[str, str] = {
     "isaacsim.core.api.objects": "isaacsim.core.experimental.objects",

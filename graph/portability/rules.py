@@ -301,9 +301,15 @@ _TABLE = (
     ),
     Rule(
         "import-renamed",
-        "imports of omni.isaac.*",
+        "imports of omni.isaac.*, and of modules that moved",
         "6.0 has no such modules: ModuleNotFoundError",
         "import the present module",
+    ),
+    Rule(
+        "module-unknown",
+        "imports from isaacsim.core or isaacsim.core.utils of a module that they do not have",
+        "it does not exist: ModuleNotFoundError",
+        "correct the name",
     ),
     Rule(
         "module-deprecated",

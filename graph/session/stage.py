@@ -158,7 +158,7 @@ def taken_paths(stage: Usd.Stage, spec: FileSpec) -> list[Problem]:
 def missing_targets(
     stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph], *, flawed: bool = False
 ) -> list[Problem]:
-    """A line for each `target` input of a node whose prim is not on the stage.
+    """A line for each input of a node that names a prim, as a target or by its path, that is not on the stage.
 
     Graphs and render products are excluded: they are created when the file runs. flawed: an inline prim of the file is
     wrong, so that it, or one below it, may be missing for that reason.
@@ -168,8 +168,8 @@ def missing_targets(
     graph_paths = {graph.path for graph in graphs}
     problems = []
     for node, author in _written_nodes(spec, graphs):
-        for name in (name for name, attribute in node.type.inputs.items() if attribute.type == "target"):
-            for target in node.get(name) or ():
+        for name in node.type.inputs:
+            for target in _named_prims(node, name):
                 if not is_prim_path(target):
                     wrong = f"{target} is not a path of a prim; write / and names of letters, digits and _"
                 elif (
@@ -184,6 +184,20 @@ def missing_targets(
                 message = f"{node.path}.inputs:{name}: {wrong}"
                 problems.append(Problem(message, author.input_marks.get(name, author.mark)))
     return problems
+
+
+def _named_prims(node: Node, name: str) -> Sequence[str]:
+    """The paths of the prims that an input names, as far as the file determines them; none for other inputs."""
+    attribute = node.type.inputs[name]
+    if attribute.type == "target":
+        return node.get(name) or ()
+    if attribute.role != "prim" or node.connected(name):
+        return ()
+    if "usePath" in node.type.inputs and (node.connected("usePath") or not node.get("usePath")):
+        return ()
+    value = node.get(name)
+    paths = [value] if isinstance(value, str) else value
+    return [str(path).partition(".")[0] for path in paths if path]
 
 
 def unrenderable_cameras(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> list[Problem]:

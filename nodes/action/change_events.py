@@ -82,7 +82,11 @@ def _end_watch(db: Database) -> None:
         "name": Attribute("token", "name of the property; empty: any property of the prim", literal_only=True),
         "onlyPlayback": ONLY_PLAYBACK,
         "path": Attribute(
-            "path", "path of a prim or property, where `prim` is empty", optional=True, literal_only=True
+            "path",
+            "path of a prim or property, where `prim` is empty",
+            optional=True,
+            literal_only=True,
+            role="prim",
         ),
         "prim": Attribute("target", "the prim", optional=True, literal_only=True),
     },

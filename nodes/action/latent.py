@@ -6,7 +6,8 @@ from fractions import Fraction
 
 from graph.base.records import dataclass
 from graph.node import Attribute, Database, node_type
-from nodes.durations import finite_duration
+from nodes.bounds import at_least
+from nodes.durations import check_duration, finite_duration
 
 EXEC_IN = Attribute("execution", "starts the wait")
 
@@ -14,6 +15,7 @@ EXEC_IN = Attribute("execution", "starts the wait")
 @node_type(
     "omni.graph.action.Countdown",
     version=2,
+    check=at_least(duration=0, period=1),
     latent=True,
     inputs={
         "execIn": EXEC_IN,
@@ -62,6 +64,7 @@ class _Waiting:
 @node_type(
     "omni.graph.action.Delay",
     version=2,
+    check=check_duration,
     latent=True,
     inputs={
         "execIn": EXEC_IN,

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from graph.base.records import dataclass
-from graph.node import Attribute, Database, node_type
+from graph.node import Attribute, Database, NodeAtLoad, node_type
 from nodes.data.promotion import element_of
 
 LOOP_BODY = Attribute("execution", "follows once per pass, to its end, before the next pass")
@@ -17,9 +19,16 @@ class _Pass:
     running: bool = False
 
 
+def _check_loop(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
+    """A written step that leads nowhere."""
+    if "step" in node.given and node.db.inputs.step == 0:
+        yield "step", "0 leads nowhere; give the loop a positive or negative step"
+
+
 @node_type(
     "omni.graph.action.ForLoop",
     version=2,
+    check=_check_loop,
     inputs={
         "execIn": Attribute("execution", "starts the loop"),
         "breakLoop": Attribute("execution", "fired from within the body: no further pass"),

@@ -18,7 +18,7 @@ EXEC_IN = Attribute("execution", "activates the node")
     inputs={
         "active": Attribute("bool", "whether it is to be active", default=False),
         "execIn": EXEC_IN,
-        "prim": Attribute("path", "path of the prim", default="", deprecated="use primTarget"),
+        "prim": Attribute("path", "path of the prim", default="", deprecated="use primTarget", role="prim"),
         "primTarget": Attribute("target", "the prim"),
     },
     outputs={"execOut": Attribute("execution", "follows once it is done")},
@@ -59,7 +59,7 @@ def _in_the_world(prim: Any) -> bool:
     inputs={
         "execIn": EXEC_IN,
         "name": Attribute("token", "name of the relationship", default=""),
-        "path": Attribute("path", "path of the prim that has it", default=""),
+        "path": Attribute("path", "path of the prim that has it", default="", role="prim"),
         "target": Attribute("path", "path to add: of a prim, an attribute or a relationship", default=""),
     },
     outputs={"isSuccessful": Attribute("bool", "whether the relationship names the target now")},

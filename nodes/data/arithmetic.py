@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import operator
+from collections.abc import Iterator
 
-from graph.node import Attribute, Database, node_type
+from graph.node import Attribute, Database, NodeAtLoad, node_type
 from graph.values.types import INTEGER_RANGES
 
 from .like_inputs import incremented
@@ -68,12 +69,20 @@ def multiply(db: Database) -> None:
     _multiply(db)
 
 
+def _nonzero_b(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
+    """A written divisor that is, or holds, 0."""
+    b = node.db.inputs.b
+    if "b" in node.given and not (b.all() if hasattr(b, "all") else b):
+        yield "b", "it contains 0; division by zero"
+
+
 @node_type(
     "omni.graph.nodes.Divide",
     version=1,
     inputs={"a": _operand("first"), "b": _operand("second")},
     outputs={"result": Attribute(NUMERICS, "a / b; double where both are integers")},
     resolve=quotient("result"),
+    check=_nonzero_b,
     specialize=two_numbers(operator.truediv, "result", nonzero="b"),
 )
 def divide(db: Database) -> None:
@@ -90,6 +99,7 @@ def divide(db: Database) -> None:
     inputs={"a": Attribute(INTEGRAL, "the dividend"), "b": Attribute(INTEGRAL, "the divisor; 0 fails")},
     outputs={"result": Attribute(INTEGRAL, "what remains of a, with the sign of a")},
     resolve=promoted("result"),
+    check=_nonzero_b,
 )
 def modulo(db: Database) -> None:
     """Give the remainder of whole numbers, as C does: -7 modulo 3 is -1."""

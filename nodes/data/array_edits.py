@@ -9,6 +9,7 @@ from typing import Any
 from graph.node import Attribute, Database, node_type
 from graph.values.conversion import converter
 from graph.values.types import concrete_type
+from nodes.bounds import at_least
 
 from .like_inputs import appended, edited_array, searched_array
 
@@ -91,6 +92,7 @@ def array_insert_value(db: Database) -> None:
 @node_type(
     "omni.graph.nodes.ArrayResize",
     version=1,
+    check=at_least(newSize=0),
     inputs={"array": ARRAY, "newSize": Attribute("int", "elements that it is to have", default=0)},
     outputs={"array": Attribute(ARRAYS, "the array cut off, or filled up with zeros")},
     resolve=edited_array,

@@ -9,6 +9,7 @@ from typing import Any
 from graph.node import Attribute, Database, KnownTypes, node_type
 from graph.values.coercion import dtype_of
 from graph.values.types import Type
+from nodes.bounds import at_least
 
 from .numbers import aligned, input_type, settled
 from .promotion import common_type, input_types, promoted, tuples_of_one_size
@@ -19,6 +20,7 @@ DECIMALS = ("decimals",)
 @node_type(
     "omni.graph.nodes.InterpolateTo",
     version=2,
+    check=at_least(exponent=0),
     inputs={
         "current": Attribute(DECIMALS, "where it is"),
         "deltaSeconds": Attribute("double", "how long this step lasts", default=0.0, unit="s"),
@@ -73,6 +75,7 @@ def _eased_type(known: KnownTypes) -> Mapping[str, Type]:
 @node_type(
     "omni.graph.nodes.Ease",
     version=2,
+    check=at_least(blendExponent=0),
     inputs={
         "alpha": Attribute(("float", "float[]"), "how much of the time has passed, 0 to 1; beyond that the ends count"),
         "blendExponent": Attribute("int", "power of the Ease functions: 1 is linear, 2 quadratic", default=2),

@@ -12,8 +12,8 @@ from .stage_prims import find_prim, only_target
     version=1,
     inputs={
         "execIn": Attribute("execution", "binds the material"),
-        "materialPath": Attribute("path", "path of a Material prim", default=""),
-        "primPath": Attribute("path", "path of the prim that gets it", default=""),
+        "materialPath": Attribute("path", "path of a Material prim", default="", role="prim"),
+        "primPath": Attribute("path", "path of the prim that gets it", default="", role="prim"),
     },
     outputs={"execOut": Attribute("execution", "follows once it is bound")},
 )
@@ -38,7 +38,7 @@ def write_prim_material(db: Database) -> bool:
     volatile=True,
     inputs={
         "prim": Attribute("target", "the prim, before primPath"),
-        "primPath": Attribute("path", "path of the prim", default=""),
+        "primPath": Attribute("path", "path of the prim", default="", role="prim"),
     },
     outputs={
         "material": Attribute("path", "path of its material; empty without one"),

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
-from graph.node import Attribute, Database, node_type
+from graph.node import Attribute, Database, NodeAtLoad, node_type
 
 from .like_inputs import real_like
 from .numbers import settled
@@ -73,9 +73,17 @@ def nth_root(db: Database) -> None:
     _real(db, "value", "result", root)
 
 
+def _check_base(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
+    """A written base to which there is no logarithm."""
+    base = node.db.inputs.base
+    if "base" in node.given and (not base > 0 or base == 1):
+        yield "base", f"{base:g} is no base of a logarithm; it must be above 0 and not 1"
+
+
 @node_type(
     "omni.graph.nodes.Logarithm",
     version=1,
+    check=_check_base,
     inputs={
         "base": Attribute("double", "what is raised to the logarithm: above 0, but not 1", default=10.0),
         "value": Attribute(NUMERICS, "numbers above 0"),

@@ -26,7 +26,7 @@ SET_UP = Attribute("bool", "whether the attribute has been found", default=False
     inputs={
         "name": NAME,
         "prim": PRIM,
-        "primPath": Attribute("token", "path of the prim where usePath is set", optional=True),
+        "primPath": Attribute("token", "path of the prim where usePath is set", optional=True, role="prim"),
         "usdTimecode": Attribute(
             "timecode",
             "when to read the stage; nan means the latest value",
@@ -80,7 +80,7 @@ def read_prim_attribute(db: Database) -> bool:
         ),
         "name": NAME,
         "prim": PRIM,
-        "primPath": Attribute("token", "path of the prim where usePath is set", default="", optional=True),
+        "primPath": Attribute("token", "path of the prim where usePath is set", default="", optional=True, role="prim"),
         "usdWriteBack": Attribute(
             "bool", "whether the stage gets the value; if not, only Fabric has it", default=True, optional=True
         ),

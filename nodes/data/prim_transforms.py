@@ -9,7 +9,7 @@ from graph.node import Attribute, Database, node_type
 from .stage_prims import find_prim, only_target
 
 _IDENTITY = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
-PATH = Attribute("token", "path of the prim where usePath is set", default="")
+PATH = Attribute("token", "path of the prim where usePath is set", default="", role="prim")
 ONE_PRIM = {
     "prim": Attribute("target", "the prim, unless usePath is set", optional=True),
     "primPath": PATH,

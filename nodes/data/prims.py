@@ -89,7 +89,9 @@ def is_prim_active(db: Database) -> None:
         "requiredRelationshipTarget": Attribute("string", "a path that the relationship must name", default=""),
         "requiredTarget": Attribute("target", "what the relationship must name, before requiredRelationshipTarget"),
         "rootPrim": Attribute("target", "below which prim to look, before rootPrimPath"),
-        "rootPrimPath": Attribute("token", "below which prim to look; empty means the whole stage", default=""),
+        "rootPrimPath": Attribute(
+            "token", "below which prim to look; empty means the whole stage", default="", role="prim"
+        ),
         "type": Attribute("token", "their types, as patterns with * and ?; ^ before one leaves it out", default=""),
     },
     outputs={

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from graph.base.records import dataclass
 from graph.node import Attribute, Database, node_type
 from graph.values.coercion import dtype_of
+from nodes.bounds import at_least
 from nodes.replicator.random_numbers import Random, generator_of
 
 from .numbers import aligned, settled
@@ -96,6 +97,7 @@ def random_numeric(db: Database) -> None:
 @node_type(
     "omni.graph.nodes.RandomGaussian",
     version=1,
+    check=at_least(stdev=0),
     inputs={
         **INPUTS,
         "mean": Attribute(("decimals",), "the middle of the bell"),

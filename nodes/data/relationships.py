@@ -51,7 +51,7 @@ def read_prim_relationship(db: Database) -> bool:
     volatile=True,
     inputs={
         "name": NAME,
-        "path": Attribute("token", "path of the prim where usePath is set", optional=True),
+        "path": Attribute("token", "path of the prim where usePath is set", optional=True, role="prim"),
         "prim": Attribute("target", "the prim, unless usePath is set", optional=True),
         "usePath": Attribute("bool", "whether path names the prim instead of the input prim", default=False),
     },

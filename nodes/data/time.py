@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from graph.base.records import dataclass
 from graph.node import Attribute, Database, node_type
-from nodes.durations import finite_duration
+from nodes.durations import check_length, finite_duration
 
 
 @node_type(
@@ -45,6 +45,7 @@ class _Running:
 @node_type(
     "omni.graph.nodes.Timer",
     version=2,
+    check=check_length,
     latent=True,
     inputs={
         "duration": Attribute("double", "how long the value runs", default=1.0, unit="s"),

@@ -9,6 +9,7 @@ from graph.base.errors import RunError
 from graph.base.records import dataclass
 from graph.base.suggest import did_you_mean
 from graph.node import Attribute, Database, NodeAtLoad, node_type
+from graph.sim.scene.prim_paths import near_prim, prim_at
 
 NAN = "an empty array leaves them all alone, NaN leaves one joint alone"
 
@@ -25,6 +26,8 @@ def robot_at(db: Database, path: str) -> Any:
 
     Reported by `db.lack` if nothing moves there, for example if a robot's asset is missing.
     """
+    if not prim_at(db.app.stage, path):
+        db.lack(f"there is no prim {path} on the stage{near_prim(db.app.stage, path)}")
     if db.app.physics is None:
         db.lack(f"{path} is not a robot: nothing on the stage can move")
     try:
@@ -98,7 +101,7 @@ def _joints(stage: Any) -> Iterator[tuple[Any, set[str]]]:
     inputs={
         "execIn": Attribute("execution", "applies the commands"),
         "targetPrim": Attribute("target", "the articulation's root prim; used where robotPath is empty", optional=True),
-        "robotPath": Attribute("string", "path of the articulation's root prim; wins over targetPrim"),
+        "robotPath": Attribute("string", "path of the articulation's root prim; wins over targetPrim", role="prim"),
         "jointNames": Attribute(
             "token[]", "the commanded joints by name; wins over jointIndices, empty means by index"
         ),

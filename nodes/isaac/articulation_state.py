@@ -37,7 +37,7 @@ def robot_of(db: Database) -> Any:
     inputs={
         "execIn": Attribute("execution", "reads the joints"),
         "targetPrim": Attribute("target", "the articulation's root prim; used where robotPath is empty", optional=True),
-        "robotPath": Attribute("string", "path of the articulation's root prim; wins over targetPrim"),
+        "robotPath": Attribute("string", "path of the articulation's root prim; wins over targetPrim", role="prim"),
         "jointNames": Attribute("token[]", "the joints to read by name; wins over jointIndices, empty means by index"),
         "jointIndices": Attribute("int[]", "the joints to read by index; empty means all joints"),
     },

@@ -23,7 +23,7 @@ class _Names:
     inputs={
         "execIn": Attribute("execution", "looks the names up"),
         "targetPrim": Attribute("target", "the robot; used where robotPath is empty", optional=True),
-        "robotPath": Attribute("string", "path of the robot; wins over targetPrim"),
+        "robotPath": Attribute("string", "path of the robot; wins over targetPrim", role="prim"),
         "jointNames": Attribute("token[]", "joint names, overrides among them"),
     },
     outputs={

@@ -11,7 +11,7 @@ from nodes.data.stage_prims import find_prim
     version=1,
     inputs={
         "execIn": Attribute("execution", "looks the prims up"),
-        "paths": Attribute("token[]", "absolute paths of prims"),
+        "paths": Attribute("token[]", "absolute paths of prims", role="prim"),
     },
     outputs={
         "execOut": Attribute("execution", "follows unless a prim is missing"),

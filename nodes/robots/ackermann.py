@@ -6,6 +6,7 @@ import math
 
 from graph.base.records import dataclass
 from graph.node import Attribute, Database, node_type
+from nodes.bounds import at_least
 
 STRAIGHT = 0.0157
 """A steering angle below this [rad] (0.9 degrees) means straight ahead, as in the original."""
@@ -102,6 +103,7 @@ class _Driving:
 @node_type(
     "isaacsim.robot.wheeled_robots.AckermannController",
     version=2,
+    check=at_least(wheelBase=0, frontWheelRadius=0, backWheelRadius=0),
     needs=(("wheelBase",), ("frontWheelRadius",), ("backWheelRadius",)),
     inputs={
         "execIn": Attribute("execution", "computes the wheels"),

@@ -6,6 +6,7 @@ import math
 
 from graph.base.records import dataclass
 from graph.node import Attribute, Database, node_type
+from nodes.bounds import at_least
 
 UNLIMITED = "0 means no limit; read at the first compute after play"
 
@@ -68,6 +69,7 @@ class _Driving:
 @node_type(
     "isaacsim.robot.wheeled_robots.DifferentialController",
     version=1,
+    check=at_least(wheelRadius=0),
     needs=(("wheelRadius",), ("wheelDistance",)),
     inputs={
         "execIn": Attribute("execution", "computes the wheel speeds"),

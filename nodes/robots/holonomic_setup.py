@@ -26,8 +26,8 @@ AXES = {"X": [1.0, 0.0, 0.0], "Y": [0.0, 1.0, 0.0], "Z": [0.0, 0.0, 1.0]}
         "robotPrim": Attribute("target", "the robot; used unless usePath"),
         "comPrim": Attribute("target", "the prim that stands for its centre; none means the robot; unless usePath"),
         "usePath": Attribute("bool", "take the paths instead", default=False),
-        "robotPrimPath": Attribute("token", "path of the robot"),
-        "comPrimPath": Attribute("token", "path of the prim that stands for its centre"),
+        "robotPrimPath": Attribute("token", "path of the robot", role="prim"),
+        "comPrimPath": Attribute("token", "path of the prim that stands for its centre", role="prim"),
     },
     outputs={
         "wheelRadius": Attribute("double[]", "radius of each wheel", unit="m"),

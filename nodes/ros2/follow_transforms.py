@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from graph.base.errors import RunError
 from graph.base.records import dataclass, field
-from graph.node import Attribute, Database, node_type
+from graph.node import Attribute, Database, NodeAtLoad, node_type
 from graph.sim.scene.mechanisms import mechanisms_of
-from graph.sim.scene.prim_paths import prim_at
+from graph.sim.scene.prim_paths import near_prim, prim_at
 
 from .messages import TRANSFORMS
 from .publishing import check_names
@@ -30,15 +30,24 @@ def _release(db: Database) -> None:
         db.memory.stop_holding = None
 
 
+def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
+    yield from check_names(node)
+    if "frameNamesMap" in node.given and (wrong := _wrong_map(node.stage, list(node.db.inputs.frameNamesMap))):
+        yield "frameNamesMap", wrong
+
+
 @node_type(
     "isaacsim.ros2.bridge.ROS2SubscribeTransformTree",
     version=1,
-    check=check_names,
+    check=_check,
     inputs={
         **subscriber_inputs("tf"),
         "frameNamesMap": Attribute("token[]", "prim path, frame name, prim path, frame name, ...", default=[]),
         "articulationRoots": Attribute(
-            "token[]", "robots of the map, by any of their prims: their root links follow", default=[]
+            "token[]",
+            "robots of the map, by any of their prims: their root links follow",
+            default=[],
+            role="prim",
         ),
     },
     outputs={"execOut": EXEC_OUT},
@@ -71,18 +80,25 @@ def _frames(db: Database) -> dict[str, str]:
     """Frame name -> prim path. Fails the node unless the map consists of pairs of a prim and a unique frame name."""
     inputs, stage = db.inputs, db.app.stage
     names = list(inputs.frameNamesMap)
-    if len(names) % 2:
-        db.fail(f"frameNamesMap has {len(names)} entries; it needs pairs of prim path and frame name")
-    frames: dict[str, str] = {}
-    for path, frame in zip(names[::2], names[1::2], strict=True):
-        if frame in frames or path in frames.values():
-            db.fail(f"frameNamesMap names {frame if frame in frames else path} twice; each prim has one frame")
-        frames[frame] = path
-    for path in (*frames.values(), *inputs.articulationRoots):
+    if wrong := _wrong_map(stage, names):
+        db.fail(wrong)
+    frames: dict[str, str] = dict(zip(names[1::2], names[::2], strict=True))
+    for path in inputs.articulationRoots:
         if not prim_at(stage, path):
-            db.fail(f"there is no prim {path} on the stage; correct the path")
-    links = {path: _root_link(db, path) for path in inputs.articulationRoots}
+            db.fail(f"there is no prim {path} on the stage{near_prim(stage, path)}")
+    links: dict[str, str] = {path: _root_link(db, path) for path in inputs.articulationRoots}
     return {frame: links.get(path, path) for frame, path in frames.items()}
+
+
+def _wrong_map(stage: Any, names: Sequence[str]) -> str:
+    """What is wrong with a map of pairs of a prim and a unique frame name; "" if nothing is."""
+    if len(names) % 2:
+        return f"frameNamesMap has {len(names)} entries; it needs pairs of prim path and frame name"
+    paths, frames = names[::2], names[1::2]
+    if twice := next((one for group in (frames, paths) for one in group if group.count(one) > 1), ""):
+        return f"frameNamesMap names {twice} twice; each prim has one frame"
+    gone = next((path for path in paths if not prim_at(stage, path)), None)
+    return "" if gone is None else f"there is no prim {gone} on the stage{near_prim(stage, gone)}"
 
 
 def _root_link(db: Database, path: str) -> str:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from graph.node import Attribute, Database, node_type
 
-from .imu import EVERY_STEP, sensor_prim
+from .imu import EVERY_STEP, check_body, sensor_prim
 
 if TYPE_CHECKING:
     from graph.sim.app import App
@@ -18,6 +18,7 @@ THRESHOLD, RADIUS = (0.0, 100000.0), -1.0
 @node_type(
     "isaacsim.sensors.physics.IsaacReadContactSensor",
     version=1,
+    check=check_body,
     needs=(("csPrim",),),
     inputs={
         "execIn": Attribute("execution", "reads the sensor"),

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 from graph.base.records import dataclass
-from graph.node import Attribute, Database, node_type
+from graph.node import Attribute, Database, NodeAtLoad, node_type
 from graph.sim.scene.prim_paths import prim_at
 
 EVERY_STEP = "readings are always of the newest physics step"
@@ -33,9 +34,21 @@ def sensor_prim(db: Database, targets: Any, name: str) -> Any:
     return prim
 
 
+def check_body(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
+    """A prim that a target input of the file names and that is on no rigid body."""
+    from sensors.inertial import may_be_on_body
+
+    for name in {"imuPrim", "csPrim"}.intersection(node.given):
+        for path in map(str, getattr(node.db.inputs, name)):
+            prim = prim_at(node.stage, path)
+            if prim and not may_be_on_body(prim):
+                yield name, f"{path} is on no rigid body; put it on one, or below"
+
+
 @node_type(
     "isaacsim.sensors.physics.IsaacReadIMU",
     version=1,
+    check=check_body,
     needs=(("imuPrim",),),
     inputs={
         "execIn": Attribute("execution", "reads the sensor"),

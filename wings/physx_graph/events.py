@@ -25,7 +25,7 @@ class _Touching:
     version=1,
     event=True,
     inputs={
-        "bodyPaths": Attribute("token[]", "the bodies to watch", default=[], literal_only=True),
+        "bodyPaths": Attribute("token[]", "the bodies to watch", default=[], literal_only=True, role="prim"),
         "targetBodies": Attribute("target", "further bodies to watch", optional=True, literal_only=True),
     },
     outputs={
@@ -97,7 +97,7 @@ class _Points:
     version=1,
     event=True,
     inputs={
-        "bodyPaths": Attribute("token[]", "the bodies to watch", default=[], literal_only=True),
+        "bodyPaths": Attribute("token[]", "the bodies to watch", default=[], literal_only=True, role="prim"),
         "targetBodies": Attribute("target", "further bodies to watch", optional=True, literal_only=True),
     },
     outputs={
@@ -174,7 +174,7 @@ class _Inside:
     event=True,
     inputs={
         "listenToAllTriggers": Attribute("bool", "watch every trigger of the stage", default=False, literal_only=True),
-        "triggersPaths": Attribute("token[]", "the triggers to watch", default=[], literal_only=True),
+        "triggersPaths": Attribute("token[]", "the triggers to watch", default=[], literal_only=True, role="prim"),
         "triggersRelationships": Attribute("target", "further triggers to watch", optional=True, literal_only=True),
     },
     outputs={

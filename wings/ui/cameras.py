@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 INTEREST = "omni:kit:centerOfInterest"
 CAMERA = {
     "prim": Attribute("target", "the camera, unless usePath is set", optional=True),
-    "primPath": Attribute("token", "path of the camera where usePath is set", default="", optional=True),
+    "primPath": Attribute("token", "path of the camera where usePath is set", default="", optional=True, role="prim"),
     "usePath": Attribute("bool", "whether primPath names the camera instead of the input prim", default=True),
 }
 EXEC_OUT = Attribute("execution", "follows once it is done")

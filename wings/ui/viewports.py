@@ -45,7 +45,7 @@ def get_active_viewport_camera(db: Database) -> bool:
     version=1,
     inputs={
         "execIn": Attribute("execution", "sets the camera"),
-        "primPath": Attribute("token", "path of the camera", default=""),
+        "primPath": Attribute("token", "path of the camera", default="", role="prim"),
         "viewport": VIEWPORT,
     },
     outputs={"execOut": Attribute("execution", "follows once it is done")},

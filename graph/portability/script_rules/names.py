@@ -5,7 +5,9 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 
-from graph.portability.renamed import ANNOTATORS, CLASSES, DEPRECATED, GONE, PARSERS, STILL_THERE, replacement
+from graph.base.suggest import did_you_mean
+from graph.isaac.names import names_of
+from graph.portability.renamed import ANNOTATORS, CLASSES, COMPLETE, DEPRECATED, GONE, PARSERS, STILL_THERE, replacement
 from graph.portability.syntax import Script
 
 from .reading import Found, argument, finds
@@ -18,12 +20,22 @@ def _gone(script: Script) -> Iterator[Found]:
             yield place, f"{name} is now in {instead}"
 
 
+@finds("module-unknown")
+def _unknown(script: Script) -> Iterator[Found]:
+    for name, place in script.imports:
+        package = next((one for one in sorted(COMPLETE, key=len)[::-1] if name.startswith(f"{one}.")), "")
+        module = name.removeprefix(f"{package}.").partition(".")[0]
+        known = not package or module in (*COMPLETE[package].split(), "*") or names_of(f"{package}.{module}").known
+        if not known and not replacement(name, GONE):
+            yield place, f"{package} has no module {module}{did_you_mean(module, COMPLETE[package].split())}"
+
+
 @finds("module-deprecated")
 def _deprecated(script: Script) -> Iterator[Found]:
     told: set[str] = set()
     for name, place in script.imports:
         module = next((one for one in sorted(DEPRECATED, key=len)[::-1] if f"{name}.".startswith(f"{one}.")), "")
-        if module and module not in told and not name.startswith(STILL_THERE):
+        if module and not replacement(name, GONE) and module not in told and not name.startswith(STILL_THERE):
             told.add(module)
             yield place, f"{module} gives way to {DEPRECATED[module]}"
 

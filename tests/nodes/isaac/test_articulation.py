@@ -87,8 +87,8 @@ def test_a_joint_or_robot_that_is_not_there_is_reported(cart, inputs, message):
         speeds(cart(), **inputs)
 
 
-def test_a_world_in_which_nothing_moves_has_no_robot(world):
-    with pytest.raises(ComputeError, match="/World/Cart is not a robot: nothing on the stage can move"):
+def test_a_world_without_the_prim_has_no_robot(world):
+    with pytest.raises(ComputeError, match="there is no prim /World/Cart on the stage; correct the path"):
         speeds(world(), velocityCommand=[1.0])
 
 

@@ -67,7 +67,7 @@ def test_the_sensors_time_is_the_stamp_where_no_time_is_given(world, plain):
     ("inputs", "message"),
     [
         ({}, "nothing to publish; set targetPrim"),
-        ({"targetPrim": "/Nobody"}, "/Nobody is not a robot: nothing on the stage can move"),
+        ({"targetPrim": "/Nobody"}, "there is no prim /Nobody on the stage; correct the path"),
         ({"jointNames": ["a"], "jointPositions": [1, 2]}, "jointPositions has 2 values for 1 joints"),
         ({"jointNames": ["a", "b"], "jointDofTypes": [1]}, "jointDofTypes has 1 values for 2 joints"),
     ],
