@@ -77,7 +77,7 @@ def _check_base(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
     """A written base to which there is no logarithm."""
     base = node.db.inputs.base
     if "base" in node.given and (not base > 0 or base == 1):
-        yield "base", f"{base:g} is no base of a logarithm; it must be above 0 and not 1"
+        yield "base", f"{base:g} is not the base of a logarithm; it must be above 0 and not 1"
 
 
 @node_type(
