@@ -129,18 +129,20 @@ graphs:
   /World/G:
     nodes:
       tick: OnPlaybackTick
-      divide: {type: Divide, inputs: {a: {type: double, value: 1}, b: {type: double, value: 0}}}
+      zero: {type: ConstantDouble, inputs: {value: 0}}
+      divide: {type: Divide, inputs: {a: {type: double, value: 1}}}
       late: {type: ROS2PublishClock, inputs: {topicName: late}}
-    connections: [tick.tick -> late.execIn, divide.result -> late.timeStamp]
+    connections: [tick.tick -> late.execIn, zero.value -> divide.b, divide.result -> late.timeStamp]
 """
 FAILS_LATER = FAILS_AT_ONCE.replace(
-    "    connections: [tick.tick -> late.execIn, divide.result -> late.timeStamp]",
+    "    connections: [tick.tick -> late.execIn, zero.value -> divide.b, divide.result -> late.timeStamp]",
     """      time: IsaacReadSimulationTime
       clock: ROS2PublishClock
       wait: {type: Countdown, inputs: {duration: 5}}
     connections:
       - tick.tick -> [clock.execIn, wait.execIn]
       - wait.finished -> late.execIn
+      - zero.value -> divide.b
       - divide.result -> late.timeStamp
       - time.simulationTime -> clock.timeStamp""",
 )

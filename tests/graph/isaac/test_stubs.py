@@ -40,6 +40,8 @@ REASONS = {
     "modules/robots.py:BaseController.reset": HOOK,
     "modules/robots.py:ExperimentalDifferentialController.reset": "it has no state",
     "modules/sensors_rtx.py:Authoring.__len__": TRUE_HERE,
+    "modules/sensor_interfaces.py:release_contact_sensor_interface": "the interface has no state",
+    "modules/sensor_interfaces.py:release_imu_sensor_interface": "the interface has no state",
     "modules/stage.py:is_stage_loading": TRUE_HERE,
     "modules/timeline.py:acquire_timeline_interface": "the interface has no state",
     "modules/usd.py:UsdContext.get_name": TRUE_HERE,

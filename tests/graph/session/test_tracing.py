@@ -103,8 +103,11 @@ def test_messages_are_noted(trace):
 
 
 def test_a_run_that_fails_leaves_a_whole_trace(trace):
-    text = FILE.replace("- tick.tick ->", "- tick.tick -> wait.execIn\n      - tick.tick ->").replace(
-        "      clock:", "      wait: {type: Countdown, inputs: {duration: -1}}\n      clock:"
+    text = FILE.replace(
+        "- tick.tick ->", "- less.value -> wait.duration\n      - tick.tick -> wait.execIn\n      - tick.tick ->"
+    ).replace(
+        "      clock:",
+        "      less: {type: ConstantInt, inputs: {value: -1}}\n      wait: {type: Countdown}\n      clock:",
     )
     code, events = trace(12, text)
     assert code == 1
