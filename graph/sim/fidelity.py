@@ -147,7 +147,7 @@ class Fidelity(PhysicsKnobs):
             error="the tolerance",
             why="below the range accuracy of every lidar profile",
             finer="lower",
-            read_by="graph.sim.world",
+            read_by="graph.sim.renderer.view",
             unit="m",
         ),
     ] = 0.001
@@ -159,7 +159,7 @@ class Fidelity(PhysicsKnobs):
             error="exact: 1e-6 of the range; mesh: mesh.tolerance",
             why="the least error, and the fastest where solids move",
             finer="exact",
-            read_by="graph.sim.world",
+            read_by="graph.sim.renderer.view",
         ),
     ] = "exact"
     mesh_subdivision: Annotated[
@@ -170,7 +170,7 @@ class Fidelity(PhysicsKnobs):
             error="cage: its distance from the surface; refined: mesh.tolerance",
             why="the cheapest, and what files show without a subdivider",
             finer="refined",
-            read_by="graph.sim.world",
+            read_by="graph.sim.renderer.view",
         ),
     ] = "cage"
     device: Annotated[
