@@ -95,8 +95,9 @@ graphs:
   /World/G:
     nodes:
       close: OnClosing
-      loop: {type: ForLoop, inputs: {step: 0}}
-    connections: [close.execOut -> loop.execIn]
+      zero: {type: ConstantInt, inputs: {value: 0}}
+      loop: ForLoop
+    connections: [close.execOut -> loop.execIn, zero.value -> loop.step]
 """)
     with pytest.raises(ComputeError, match="loop"), App.from_file(file):
         pass
