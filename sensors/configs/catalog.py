@@ -200,7 +200,7 @@ def supported() -> dict[str, list[Any]]:
 def find(config: str, variant: Variant = None) -> LidarConfig:
     """The shipped configuration of this name; the name of a variant or of a product is accepted too.
 
-    Raises UserError with up to three similar names, the short names, and the name of the table with all.
+    Raises UserError with up to three similar names, or the short names of all.
     """
     for asset in assets():
         if config in asset.spellings:
@@ -210,9 +210,9 @@ def find(config: str, variant: Variant = None) -> LidarConfig:
             return asset.config({"Product": config, **variant} if isinstance(variant, Mapping) else variant or config)
     names = [name for asset in assets() for name in (*asset.spellings, *asset.products)]
     close = _close(config, names if " " in config else [name for name in names if " " not in name])
-    hint = f"; did you mean {' or '.join(close)}?" if close else "."
     short = ", ".join(asset.short_name for asset in assets())
-    raise UserError(f"no lidar config {config!r}{hint} There are: {short} (see SUPPORTED_LIDAR_CONFIGS)")
+    hint = f"did you mean {' or '.join(close)}?" if close else f"there are {short};"
+    raise UserError(f"no lidar config {config!r}; {hint} `graph sensors` lists all")
 
 
 def load(config: str, variant: Variant = None, *, base: Path | None = None, roots: Sequence[Path] = ()) -> LidarConfig:

@@ -174,7 +174,8 @@ def require_level_beams(sensor_path: str, config: LidarConfig) -> None:
             which = f"emitter {off[0]}" + (f" of state s{number:03}" if number > 1 else "")
             raise UserError(
                 f"{sensor_path}: a flat or laser scan needs a 2D lidar, but {which} points "
-                f"{state.elevation_deg[off[0]]:g} deg up; use a lidar with all elevations 0, or publish its point_cloud"
+                f"{state.elevation_deg[off[0]]:g} deg up; use a lidar of one plane, such as config Example_Rotary_2D, "
+                "or publish its point_cloud"
             )
 
 

@@ -389,6 +389,19 @@ def _truth(value: Any) -> bool:
 
 SIZES = ("size", "radius", "height", "width", "length", "axis")
 
+OTHER_WORDS = {
+    "position": "translate",
+    "location": "translate",
+    "pos": "translate",
+    "rotation": "rotate",
+    "euler": "rotate",
+    "rpy": "rotate",
+    "orientation": "orient",
+    "quaternion": "orient",
+    "quat": "orient",
+}
+"""The keys that words of other tools stand for."""
+
 KEYS: dict[str, Handler | None] = {
     "type": None,
     "reference": _reference,

@@ -15,7 +15,7 @@ from graph.base.suggest import did_you_mean
 from graph.sim.scene.prim_paths import is_path
 
 from .prim_attributes import ending_alike
-from .prim_keys import FINAL, KEYS, PrimContext, SensorConfig, SensorPrims
+from .prim_keys import FINAL, KEYS, OTHER_WORDS, PrimContext, SensorConfig, SensorPrims
 from .stage import Warn, ignore_warning
 from .stage_faults import repair_transforms, tell_other_units
 
@@ -133,7 +133,7 @@ def _unknown(context: PrimContext, path: str, key: str, value: Any) -> str:
         shown = json.dumps(value) if isinstance(value, (bool, int, float)) else "..."
         hint = f'; did you mean attributes: {{"{attribute}": {shown}}}?'
     else:
-        hint = did_you_mean(str(key), KEYS, "set USD attributes under attributes")
+        hint = did_you_mean(OTHER_WORDS.get(str(key).lower(), str(key)), KEYS, "set USD attributes under attributes")
     return f'{path}: there is no key "{key}"{hint}'
 
 

@@ -143,7 +143,7 @@ def test_a_flat_scan_of_a_3d_lidar_is_reported_before_anything_runs(folder, grap
     assert result.code == 2
     assert result.err.splitlines() == [
         "tall.yaml:11:7: /World/Frames/flat: /World/Lidar: a flat or laser scan needs a 2D lidar, but emitter 0 points "
-        "15 deg up; use a lidar with all elevations 0, or publish its point_cloud"
+        "15 deg up; use a lidar of one plane, such as config Example_Rotary_2D, or publish its point_cloud"
     ]
     assert not (folder / "out").exists()
     assert graph("check", "flat.yaml").code == 0

@@ -78,8 +78,8 @@ def test_variants_change_rates_and_fire_times():
     assert (fast.scan_rate_base_hz, fast.ticks_per_scan) == (20, 1024)
 
 
-def test_an_unknown_config_offers_close_matches_and_names_the_table():
-    with pytest.raises(UserError, match=r"did you mean Example[_ ]Rotary.*SUPPORTED_LIDAR_CONFIGS"):
+def test_an_unknown_config_offers_close_matches_and_names_the_command():
+    with pytest.raises(UserError, match=r"did you mean Example[_ ]Rotary.*`graph sensors` lists all"):
         find("Example_Rotery")
     with pytest.raises(UserError, match=r"did you mean Example_Rotary_2D or Example_Rotary or Example_Solid_State\?"):
         find("Example_Rotary2D")

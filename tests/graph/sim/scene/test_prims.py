@@ -271,6 +271,12 @@ def test_every_problem_of_every_prim_is_reported_with_the_nearest_name():
     assert found == expected
 
 
+@pytest.mark.parametrize(("word", "key"), [("position", "translate"), ("Rotation", "rotate"), ("quat", "orient")])
+def test_words_of_other_tools_are_answered_with_the_key(word, key):
+    [found] = problems({"/A": {"type": "Cube", word: [0, 0, 1]}})
+    assert found == f'/A: there is no key "{word}"; did you mean "{key}"?'
+
+
 def test_a_path_deeper_than_256_is_refused():
     assert problems({"/a" * 257: {}}) == [f"{('/a' * 257)[:80]}... is deeper than 256 prims"]
     authored({"/a" * 256: {}})
