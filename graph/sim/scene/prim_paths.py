@@ -44,16 +44,18 @@ def prim_at(stage: Usd.Stage, path: str) -> Usd.Prim:
 
 def near_prim(stage: Usd.Stage, path: str) -> str:
     """What to do about the path of a missing prim: the asset that should have it, else the most similar path."""
-    if missing := missing_above(stage, path):
+    if is_path(path) and (missing := missing_above(stage, path)):
         return f": {missing}"
     parent = stage.GetPseudoRoot()
     for name in path.strip("/").split("/"):
-        child = parent.GetChild(name)
-        if not child:
-            near = closest(name, (one.GetName() for one in parent.GetChildren()))
+        children = {one.GetName(): one for one in parent.GetChildren()}
+        child = children.get(name)  # USD warns of a malformed name
+        if child is None:
+            near = closest(name, children)
             if near is None:
                 break
-            wrong, right = (str(parent.GetPath().AppendChild(one)) for one in (name, near))
+            above = str(parent.GetPath()).rstrip("/")
+            wrong, right = (f"{above}/{one}" for one in (name, near))
             return f'; did you mean "{path.replace(wrong, right, 1)}"?'
         parent = child
     return "; correct the path"
