@@ -113,7 +113,7 @@ def missing_above(stage: Any, path: str) -> str:
     from graph.sim.usd import Ar, Sdf
 
     parent = Sdf.Path(path) if Sdf.Path.IsValidPathString(path) else Sdf.Path.emptyPath
-    while parent and parent != Sdf.Path.absoluteRootPath:
+    while parent.IsAbsolutePath() and parent != Sdf.Path.absoluteRootPath:  # a relative one has parents without end
         prim = stage.GetPrimAtPath(parent)
         for spec in prim.GetPrimStack() if prim else ():
             for listed in (spec.referenceList, spec.payloadList):

@@ -154,6 +154,7 @@ def test_what_is_missing_below_a_missing_asset_names_the_asset(tmp_path):
     assert warnings[0][2] == f"{told} so that /P0 stays empty; it is left out"
     assert missing_above(stage, "/P0/chassis_link/imu") == f"/P0 is empty because {told}"
     assert missing_above(stage, "/Elsewhere") == ""
+    assert missing_above(stage, "not/absolute") == ""  # its parents are "..", "../..", without end
 
 
 def test_an_inline_prim_refers_to_an_asset_as_a_scene_does(tmp_path):
