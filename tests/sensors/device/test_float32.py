@@ -86,7 +86,7 @@ def test_it_ends_where_the_file_puts_a_body_elsewhere(file):
         app.physics.set_poses(["/World/Ball"], pose[None])
         app.update(steps=6)
         found = log.compared(states.trajectory())
-    assert found.ended == "the state, gains or time step of its bodies are set while it runs"
+    assert found.ended == "the state, masses, gains or time step of its bodies are set while it runs"
     assert found.times.tolist() == pytest.approx([step / 60 for step in range(7)])
     assert found.apart["position"].max() < 1e-6
 
