@@ -283,9 +283,11 @@ graphs:
     nodes:
       tick: OnPlaybackTick
       tf: {type: ROS2PublishTransformTree, inputs: {targetPrims: [/World/Ball]}}
-      bad: {type: DifferentialController, inputs: {wheelRadius: .nan, wheelDistance: 1.0}}
+      radius: {type: ConstantDouble, inputs: {value: .nan}}
+      bad: {type: DifferentialController, inputs: {wheelDistance: 1.0}}
     connections:
       - tick.tick -> [tf.execIn, bad.execIn]
+      - radius.value -> bad.wheelRadius
 """)
     assert main(["run", str(file), "--out", str(tmp_path / "out")]) == 1
     (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("graph:")]

@@ -21,7 +21,9 @@ class Driver:
     with every wrong reference.
     """
 
-    def __init__(self, trace: GraphTrace, inputs: Mapping[str, Any], pulses: Mapping[str, Iterable[int]]) -> None:
+    def __init__(
+        self, trace: GraphTrace, inputs: Mapping[str, Any], pulses: Mapping[str, Iterable[int]], updates: int
+    ) -> None:
         problems: list[Problem] = []
         self._changing: list[tuple[Node, str, Callable[[int], Any]]] = []
         self._schedule: list[tuple[Node, str, dict[int, int]]] = []
@@ -36,7 +38,7 @@ class Driver:
                 self._changing.append((node, full, value))
         for reference, times in pulses.items():
             try:
-                self._schedule.append((*_execution_input(trace, reference), count_updates(times)))
+                self._schedule.append((*_execution_input(trace, reference), count_updates(times, updates - 1)))
             except (KeyError, TypeError, ValueError) as error:
                 problems.append(Problem(f"pulses: {error.args[0]}"))
         if problems:

@@ -94,9 +94,9 @@ def run_graph(
                 warnings(*note)
             cleanup.callback(_close, graphs)
         trace = _trace(graphs, record)
-        driver = Driver(trace, inputs or {}, pulses or {})
         rate = spec.clock.loop_hz or Fraction(60)
         total = updates if updates is not None else length_in_updates(spec, world.app.loop_rate if world else rate)
+        driver = Driver(trace, inputs or {}, pulses or {}, total)
         context = standalone_context(rate, warnings)
         context.scripts = "run" if allow_scripts else "refuse"
         step = _world_step(world, trace, playing) if world else _standalone_step(graphs, context, playing)

@@ -131,7 +131,8 @@ def run_node(
     ([3, 6, 9], [10])
     """
     check_length(updates)
-    schedule = {name: _counted(name, times) for name, times in (pulses or {}).items()}
+    last = updates if closes else updates - 1
+    schedule = {name: _counted(name, times, last) for name, times in (pulses or {}).items()}
     kind = registry.get(type_id) if isinstance(type_id, str) else type_id
     graph, trace = _build(
         kind, inputs or {}, pulses or {}, connect or {}, outputs, consumed, variables or {}, evaluator
@@ -177,9 +178,9 @@ def run_node(
     return trace
 
 
-def _counted(name: str, times: Iterable[int]) -> dict[int, int]:
+def _counted(name: str, times: Iterable[int], last: int) -> dict[int, int]:
     try:
-        return count_updates(times)
+        return count_updates(times, last)
     except (TypeError, ValueError) as error:
         raise UserError(f"pulses: {name}: {error}") from None
 

@@ -40,12 +40,14 @@ def read_range(item: Any, most: int) -> range | None:
     return range(first, last + 1) if first <= last < most else None
 
 
-def count_updates(times: Iterable[int]) -> dict[int, int]:
-    """How often each update is in a list. Raises ValueError for a value that is not an index of an update."""
+def count_updates(times: Iterable[int], last: int) -> dict[int, int]:
+    """How often each update is in a list. Raises ValueError for a value that is no index of an update until `last`."""
     counted: dict[int, int] = {}
     for update in times:
         if not _is_count(update):
             raise ValueError(f"updates are numbered 0, 1, 2 ...; {shown(update)} is not one of them")
+        if update > last:
+            raise ValueError(f"update {update} comes after the last one, {last}; give more updates")
         counted[update] = counted.get(update, 0) + 1
     return counted
 

@@ -65,6 +65,12 @@ def test_two_pulses_in_one_update_fire_twice():
     assert trace.values("gate.count") == [0, 2, 2]
 
 
+def test_a_pulse_after_the_last_update_is_refused():
+    spec = GraphSpec("/G", (NodeSpec("gate", "Counter"),))
+    with pytest.raises(UserError, match="pulses: update 3 comes after the last one, 2; give more updates"):
+        run_graph(spec, updates=3, pulses={"gate.execIn": [1, 3]})
+
+
 def test_a_scene_makes_an_app_of_its_own():
     trace = run_graph(LIDAR_AND_CLOCK, updates=14)
     assert trace.in_world

@@ -29,6 +29,11 @@ def test_values_are_those_after_each_update(run):
     assert trace.fired("execOut") == [0, 2, 2]
 
 
+def test_a_pulse_after_the_last_update_is_refused(run):
+    with pytest.raises(UserError, match="pulses: execIn: update 7 comes after the last one, 1; give more updates"):
+        run("test.Count", pulses={"execIn": [0, 7]}, updates=2)
+
+
 def test_event_nodes_need_no_pulses_and_data_nodes_no_evaluator(run):
     assert run("test.Tick", updates=3).fired("tick") == [0, 1, 2]
     assert run("test.Inc", inputs={"a": 41}).value("y") == 42.0
