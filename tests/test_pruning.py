@@ -209,7 +209,7 @@ def test_a_standing_scene_is_built_once_for_all_sensors_and_apps_of_a_process(fi
             clouds.append(cloud(own))
         # One for the first two. The third builds its own: at play, dropped, and for its sensors.
         assert (triangles.built() - before, triangles.alive() - alive) == (1 + 2, 1 + 1)
-        assert cast_world(first) is not cast_world(second)
+        assert cast_world(first.world) is not cast_world(second.world)
         own.close()
     assert len(set(clouds)) == 1
     del first, second, own

@@ -86,8 +86,6 @@ def plots(campaign: Campaign, rows: Sequence[Row], columns: Sequence[str]) -> by
 
 
 def _panel(axis: Any, rows: Sequence[Row], name: str, over: str, by: str) -> None:
-    from matplotlib.ticker import MaxNLocator
-
     groups: dict[str, list[tuple[float, float]]] = {}
     for row in rows:
         value = _number(row.get(name))
@@ -99,7 +97,7 @@ def _panel(axis: Any, rows: Sequence[Row], name: str, over: str, by: str) -> Non
             axis.plot(*zip(*sorted(points), strict=True), "o", alpha=0.7, markersize=4, label=label)
         else:
             axis.hist([value for _, value in points], bins="auto", alpha=0.7, label=label)
-            axis.yaxis.set_major_locator(MaxNLocator(integer=True))
+            axis.yaxis.get_major_locator().set_params(integer=True)
     axis.set_xlabel(over or name, fontsize=9)
     axis.set_ylabel(name if over else "runs", fontsize=9)
     axis.grid(alpha=0.3)
