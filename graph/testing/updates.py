@@ -41,7 +41,7 @@ def read_range(item: Any, most: int) -> range | None:
 
 
 def count_updates(times: Iterable[int], last: int) -> dict[int, int]:
-    """How often each update is in a list. Raises ValueError for what is not an index of an update, or beyond `last`."""
+    """How often each update is in a list. Raises ValueError for a value that is not an index, or above `last`."""
     counted: dict[int, int] = {}
     for update in times:
         if not _is_count(update):
