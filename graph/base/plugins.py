@@ -116,6 +116,18 @@ def load(group: str, name: str, kind: type[T]) -> T | None:
         raise PluginError(f"the {_KINDS[group]} {plugin} cannot be used: {failure_of(error)}") from error
 
 
+def required(group: str, name: str, kind: type[T], what: str) -> T:
+    """As `load`. Raises UserError for a name that no package declares; what: what the user calls it."""
+    found = load(group, name, kind)
+    if found is None:
+        from .suggest import did_you_mean  # the start of the command does without it
+
+        known = names(group)
+        near = did_you_mean(name, known, otherwise=f"there are {', '.join(known)}")
+        raise UserError(f"there is no {what} {name!r}{near}")
+    return found
+
+
 def loaded(group: str, kind: type[T]) -> Iterator[tuple[Plugin, T]]:
     """Each plug-in that can be used and what it stands for, those of wings first; what is broken gives a warning."""
     wings = [plugin for plugin in of_wings(group).values() if not plugin.absence]

@@ -126,3 +126,15 @@ def refusal(value: Any) -> str:
 def refused(name: str, why: str) -> Any:
     """A class that refuses at its first use, for the reason `why`."""
     return _Refused(name.rpartition(".")[2], (), {"_why": why, "_name": name, "__module__": name.rpartition(".")[0]})
+
+
+class Refusing:
+    """A namespace whose further names are refused at their use, each with its reason."""
+
+    def __init__(self, name: str, why: str) -> None:
+        self._name, self._why = name, why
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return refused(f"{self._name}.{name}", self._why)

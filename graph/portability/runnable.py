@@ -14,7 +14,7 @@ from graph.base.records import dataclass
 from graph.base.suggest import did_you_mean
 from graph.isaac.finder import KIT
 from graph.isaac.names import home_of, names_of, public_names, table
-from graph.isaac.outcomes import refusal
+from graph.isaac.outcomes import Refusing, refusal
 
 from .syntax import Script
 
@@ -96,8 +96,8 @@ def _refused(script: Script) -> Iterator[tuple[ast.AST, str]]:
         for count in range(len(parts) - 1, 0, -1):
             module = ".".join(parts[:count])
             if names_of(module).known:
-                if why := _refusal(module, parts[count]):
-                    yield call, f"{module}.{parts[count]}: {why}"
+                if why := _refusal(module, *parts[count:]):
+                    yield call, f"{name}: {why}"
                 break
 
 
@@ -123,12 +123,15 @@ def _has(module: str, name: str) -> bool:
     )
 
 
-def _refusal(module: str, name: str) -> str:
-    """Why a name of a module refuses at its first use; "" if it does not."""
+def _refusal(module: str, name: str, *further: str) -> str:
+    """Why a name of a module, or a further name of a namespace there, refuses at its first use; "" if it does not."""
     names = names_of(module)
     for home in map(home_of, names.homes):
         if name in public_names(home):
-            return refusal(getattr(home, name))
+            found = getattr(home, name)
+            for part in further:
+                found = getattr(found, part) if isinstance(found, Refusing) else found
+            return refusal(found)
     row = names.row(name)
     return row.text if row is not None and row.kind == "C" and name not in names.submodules else ""
 

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Protocol
 
 from graph.base.errors import UserError
 from graph.base.outputs import make_folder
-from graph.base.plugins import EXPORTS, load, names
+from graph.base.plugins import EXPORTS, required
 from graph.base.records import dataclass
-from graph.base.suggest import did_you_mean
 
 if TYPE_CHECKING:
     from graph.recording.run_reader import RunReader
@@ -49,12 +48,7 @@ class Format:
 
 def format_of(name: str) -> Format:
     """The format of a name. Raises UserError for an unknown one, and for one that cannot be used."""
-    form = load(EXPORTS, name, Format)
-    if form is None:
-        known = names(EXPORTS)
-        near = did_you_mean(name, known, otherwise=f"there are {', '.join(known)}")
-        raise UserError(f"there is no format {name!r}{near}")
-    return form
+    return required(EXPORTS, name, Format, "format")
 
 
 def export(

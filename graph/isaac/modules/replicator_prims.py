@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from graph.isaac.outcomes import UnsupportedError, refused
+from graph.isaac.outcomes import Refusing, UnsupportedError
 from graph.isaac.session import app
 from graph.sim.usd import Usd, UsdGeom, UsdPhysics
 
@@ -143,18 +143,6 @@ def prims_of(given: Any) -> list[Any]:
     if isinstance(given, Items):
         return list(given.prims)
     return [given if isinstance(given, Usd.Prim) else app().stage.GetPrimAtPath(str(given))]
-
-
-class Refusing:
-    """A namespace whose further names are refused at their use, each with its reason."""
-
-    def __init__(self, name: str, why: str) -> None:
-        self._name, self._why = name, why
-
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):
-            raise AttributeError(name)
-        return refused(f"{self._name}.{name}", self._why)
 
 
 POSE = ("position", "rotation", "scale", "look_at", "look_at_up_axis")

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 
 from graph.base.errors import UserError
 from graph.base.extras import install_command
-from graph.base.plugins import TRANSPORTS, load, names
+from graph.base.plugins import TRANSPORTS, required
 from graph.base.records import dataclass
-from graph.base.suggest import did_you_mean
 
 from .transport import Kind
 
@@ -102,12 +101,7 @@ def _read(text: str) -> Target:
 
 
 def _kind(name: str) -> Kind:
-    kind = load(TRANSPORTS, name, Kind)
-    if kind is None:
-        known = names(TRANSPORTS)
-        near = did_you_mean(name, known, otherwise=f"there are {', '.join(known)}")
-        raise UserError(f"there is no transport {name!r}{near}")
-    return kind
+    return required(TRANSPORTS, name, Kind, "transport")
 
 
 def _place(text: str, place: str, usual: int | None) -> tuple[str, int]:
