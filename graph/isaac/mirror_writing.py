@@ -115,7 +115,7 @@ class GraphPrims:
             prim = self._prim(layer, path)
         elif prim is None:
             prim = defined(layer, path, "OmniGraph", "Xform")
-        if prim.typeName == "OmniGraph" or not self._stage.GetPrimAtPath(path):
+        if not self._stage.GetPrimAtPath(path):
             prim.typeName = "OmniGraph"
         write_settings(prim, rest)
         new = {key: one for key, one in rest.variables.items() if not same(before.variables.get(key), one)}
