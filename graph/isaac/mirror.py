@@ -8,8 +8,7 @@ compound, variable or setting of the graph changes on the stage.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -19,7 +18,8 @@ from graph.session.runner import graphs_of
 from graph.spec.file_spec import FileSpec, GraphSpec, NodeSpec
 
 from .mirror_changes import Ends, State, edits, owner, same
-from .mirror_writing import GraphPrims
+from .mirror_writing import GraphPrims, plain_value
+from .watched import tell_changed
 
 if TYPE_CHECKING:
     from graph.editing.model import Model
@@ -45,7 +45,8 @@ class Mirror:
         """Whether more than such prims has changed."""
         self._kept: dict[str, set[str]] = {}
         """Names of the nodes of each graph that have changed since the physics was built; "" is the graph itself."""
-        self._muted = self._taking = False
+        self._taking = False
+        self._silence = _Silence(app)
         self._listener: Any = None
         self._graphs.edited = self._edited
         app.on("timeline_state", self.sync, BEFORE_ALL)
@@ -75,7 +76,7 @@ class Mirror:
         self._forget()
 
     def _noticed(self, notice: Any, sender: Any) -> None:
-        if self._muted or self._changed or self._app.fabric.muted:
+        if self._silence.on or self._changed or self._app.fabric.muted:
             return
         for path in notice.GetChangedInfoOnlyPaths():
             self._note(path)
@@ -119,7 +120,7 @@ class Mirror:
         if self._graphs.latest(path) is None:
             said = self._said.pop(path, None)
             self._keep(path, ("", *(said.nodes if said is not None else ())))
-            with self._silence():
+            with self._silence:
                 self._prims.remove(path)
             return
         model, said = self._graphs.model(path), self._said.get(path)
@@ -141,36 +142,26 @@ class Mirror:
         elif _same_settings(said.rest, rest):
             rest = said.rest
         self._keep(path, names if rest is said.rest else (*names, ""))
-        with self._silence():
+        with self._silence:
             bad = self._prims.write(said, model, names, rest)
         for name in bad:
             self._app.warn("graph-not-on-stage", f"{path}/{name}", f'"{name}" cannot be the name of a prim')
 
     def set_value(self, node: Node, full: str) -> None:
-        """Writes the value of one input or state attribute."""
-        from graph.usd_files.values import plain
-
+        """Writes the value of one input or state attribute; one that an edit has set is written with the edit."""
+        if node.graph.stale is not None:
+            return None
         path, said = node.graph.path, self._said.get(node.graph.path)
         if said is None or node.name not in said.nodes:
             return self.write(path)
-        value, type_ = plain(node.initial(full)), node.types.get(full)
+        value, type_ = plain_value(node.initial(full)), node.types.get(full)
         before = said.nodes[node.name].inputs.get(full.removeprefix("inputs:"))
         if before is not None and same(before, value):
             return None
         self._keep(path, (node.name,))
-        with self._silence():
+        with self._silence:
             self._prims.set(said, node.path, full, value, None if type_ is None else type_.name)
         return None
-
-    @contextmanager
-    def _silence(self) -> Iterator[None]:
-        muted, fabric = self._muted, self._app.fabric
-        before = fabric.muted
-        self._muted, fabric.muted = True, True
-        try:
-            yield
-        finally:
-            self._muted, fabric.muted = muted, before
 
     def _keep(self, path: str, names: Iterable[str]) -> None:
         """Notes what a stop must write again; "" is the graph itself."""
@@ -184,7 +175,7 @@ class Mirror:
         for path, names in kept.items():
             said = self._said.pop(path, State(GraphSpec(path), {}, {}))
             if self._graphs.latest(path) is None:
-                with self._silence():
+                with self._silence:
                     self._prims.remove(path)
                 continue
             self._said[path], model = said, self._graphs.model(path)
@@ -302,9 +293,14 @@ class Mirror:
 
         self._set_variables(path, before.rest, now.rest)
         controller = Controller(graphs=self._graphs)
+
+        def assign(end: str, value: Any) -> None:
+            controller.set(end, value)
+            tell_changed(self._graphs, end)
+
         for commands in edits(before, now, self._prims.default):
             for end, value in commands.pop(Keys.SET_VALUES, ()):  # without compiling the graph
-                self._attempt(path, partial(controller.set, f"{path}/{end}", value))
+                self._attempt(path, partial(assign, f"{path}/{end}", value))
             if commands:
                 self._attempt(path, partial(controller.edit, path, commands))
 
@@ -345,6 +341,23 @@ class Mirror:
             one.path: (one, State(replace(one, nodes=(), connections=()), {n.name: n for n in one.nodes}, each))
             for one, each in zip(specs, links, strict=True)
         }
+
+
+class _Silence:
+    """While it is entered, neither the mirror nor the world takes a change of the stage for an edit of the script's."""
+
+    def __init__(self, app: App) -> None:
+        self._app, self._before = app, list[bool]()
+        self.on = False
+
+    def __enter__(self) -> None:
+        fabric = self._app.fabric
+        self._before.append(fabric.muted)
+        self.on = fabric.muted = True
+
+    def __exit__(self, *_: object) -> None:
+        self._app.fabric.muted = self._before.pop()
+        self.on = bool(self._before)
 
 
 def _same_settings(before: GraphSpec, now: GraphSpec) -> bool:

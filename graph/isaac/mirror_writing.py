@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 from functools import cache
 from typing import Any
 
 from graph.editing.model import Model
 from graph.node.declaration import Attribute
 from graph.node.registry import Registry
+from graph.sim.usd import Sdf
 from graph.spec.file_spec import GraphSpec, NodeSpec
 from graph.values.types import Extended
 
@@ -20,8 +20,6 @@ class GraphPrims:
     """The prims of graphs on one stage, in the layer that is edited."""
 
     def __init__(self, stage: Any, registry: Registry) -> None:
-        from graph.sim.usd import Sdf
-
         self._stage, self._registry = stage, registry
         self._templates = Sdf.Layer.CreateAnonymous("node_types.usda")
         self._places: dict[str, Any] = {}
@@ -35,13 +33,11 @@ class GraphPrims:
 
     def declared(self, node: NodeSpec) -> Mapping[str, Attribute]:
         """The attributes of a node by full name."""
-        from graph.usd_files.node_writing import declared_attributes
-
         if node.type not in self._declared:
             known = self._registry.get(node.type) if node.type in self._registry else None
-            self._declared[node.type] = declared_attributes(known, {})
+            self._declared[node.type] = _writing().declared_attributes(known, {})
         found = self._declared[node.type]
-        return {**found, **declared_attributes(None, node.attributes)} if node.attributes else found
+        return {**found, **_writing().declared_attributes(None, node.attributes)} if node.attributes else found
 
     def default(self, node: NodeSpec, full: str) -> Any:
         """The default of an attribute of a node; None without one."""
@@ -54,7 +50,6 @@ class GraphPrims:
         said: what the stage says; it is updated.
         """
         from graph.sim.scene.prim_paths import is_path
-        from graph.sim.usd import Sdf
 
         layer, path, bad = self.layer, model.path, []
         gone = [name for name in names if name not in model.nodes and name in said.nodes]
@@ -65,7 +60,7 @@ class GraphPrims:
             for name in names:
                 if name not in model.nodes:
                     continue
-                if not is_path(f"{path}/{name}"):
+                if not (name.isascii() and name.isidentifier()) and not is_path(f"{path}/{name}"):
                     bad.append(name)
                     continue
                 self._node(layer, path, said, short(model.node_spec(name)))
@@ -85,22 +80,21 @@ class GraphPrims:
 
     def set(self, said: State, path: str, full: str, value: Any, type_name: str | None) -> None:
         """Writes one value of a node; type_name: the attribute's OGN type if it is known."""
-        from graph.sim.usd import Sdf
-        from graph.usd_files.node_writing import change_attribute, write_value
-
+        writing = _writing()
         name = path.removeprefix(f"{said.rest.path}/")
-        node, prim = said.nodes[name], self._prim(self.layer, path)
+        node, layer = said.nodes[name], self.layer
         declared = self.declared(node).get(full)
         if declared is not None:
             if type_name is not None and isinstance(declared.parsed, Extended):
                 value = {"type": type_name, "value": value}
-            with Sdf.ChangeBlock():
-                change_attribute(prim, full, declared, value)
+            writing.change_attribute(layer, path, full, declared, value)
         else:
+            prim = writing.prim_spec(layer, path)
             if full in prim.properties:
                 del prim.properties[full]
-            write_value(prim, full, type_name, value)
-        said.nodes[name] = replace(node, inputs={**node.inputs, full.removeprefix("inputs:"): value})
+            writing.write_value(prim, full, type_name, value)
+        inputs = {**node.inputs, full.removeprefix("inputs:"): value}
+        said.nodes[name] = NodeSpec(name, node.type, inputs, node.mark, node.input_marks, node.attributes)
 
     def _graph(self, layer: Any, said: State, rest: GraphSpec) -> None:
         from graph.usd_files.variables import VARIABLE
@@ -112,7 +106,7 @@ class GraphPrims:
             return
         prim = there
         if prim is None and self._stage.GetPrimAtPath(path):
-            prim = self._prim(layer, path)
+            prim = Sdf.CreatePrimInLayer(layer, path)
         elif prim is None:
             prim = defined(layer, path, "OmniGraph", "Xform")
         if not self._stage.GetPrimAtPath(path):
@@ -129,17 +123,13 @@ class GraphPrims:
         said.rest = rest
 
     def _node(self, layer: Any, path: str, said: State, node: NodeSpec) -> None:
-        from graph.sim.usd import Sdf
-        from graph.usd_files.node_writing import change_attribute, note_node, write_value
-
+        writing = _writing()
         place, old = f"{path}/{node.name}", said.nodes.get(node.name)
         said.nodes[node.name] = node
         if new := old is None or old.type != node.type:
             old = NodeSpec(node.name, node.type)
-            parent = place.rpartition("/")[0]
-            if layer.GetPrimAtPath(parent) is None:
-                _scope(layer, parent)
-            Sdf.CreatePrimInLayer(layer, place)
+            if "/" in node.name:
+                _scope(layer, place.rpartition("/")[0])
             Sdf.CopySpec(self._templates, self._template(node.type), layer, place)
             said.links.pop(node.name, None)
         assert old is not None
@@ -149,35 +139,36 @@ class GraphPrims:
         changed += [key for key in old.inputs if key not in node.inputs]
         if not changed and old.attributes == node.attributes:
             return
-        prim, declared = self._prim(layer, place), self.declared(node)
+        declared = self.declared(node)
         for full in old.attributes:
-            if full not in node.attributes and full in prim.properties:
-                prim.RemoveProperty(prim.properties[full])
+            if full not in node.attributes and (prop := layer.GetPropertyAtPath(f"{place}.{full}")) is not None:
+                layer.GetPrimAtPath(place).RemoveProperty(prop)
         for full in node.attributes:
             if full not in old.attributes:
-                change_attribute(prim, full, declared[full], None)
+                writing.change_attribute(layer, place, full, declared[full], None)
         for key in changed:
             full, value = key if key.startswith("state:") else f"inputs:{key}", node.inputs.get(key)
             if full in declared:
-                change_attribute(prim, full, declared[full], value)
+                writing.change_attribute(layer, place, full, declared[full], value)
             elif Sdf.Path.IsValidNamespacedIdentifier(full):
+                prim = writing.prim_spec(layer, place)
                 if full in prim.properties:
                     prim.RemoveProperty(prim.properties[full])
                 if value is not None:
-                    write_value(prim, full, None, value)
-        if new or prim.HasInfo("customData"):
-            named = Sdf.Path.IsValidNamespacedIdentifier
-            bad = {key: one for key, one in node.inputs.items() if one is None or not named(f"inputs:{key}")}
-            note_node(prim, node, bad)
+                    writing.write_value(prim, full, None, value)
+        named = Sdf.Path.IsValidNamespacedIdentifier
+        bad = {key: one for key, one in node.inputs.items() if one is None or not named(f"inputs:{key}")}
+        plain_new = new and len(node.inputs) < 2 and not node.attributes and not bad  # its template says the same
+        if not plain_new and ((prim := writing.prim_spec(layer, place)).HasInfo("customData") or new):
+            writing.note_node(prim, node, bad)
 
     def _feed(self, layer: Any, path: str, said: State, model: Model, name: str) -> None:
-        from graph.sim.usd import Sdf
-        from graph.usd_files.written_links import fed_property
-
         links: dict[Ends, None] = dict.fromkeys(model.into(name))
         before: dict[Ends, None] = said.links.get(name, {})
         if list(links) == list(before):
             return
+        from graph.usd_files.written_links import fed_property
+
         place = f"{path}/{name}"
         for target in dict.fromkeys(target for _, target in (*before, *links)):
             feeds = [source for source, end in links if end == target]
@@ -186,7 +177,7 @@ class GraphPrims:
                 continue
             prop = layer.GetPropertyAtPath(f"{place}.{full}")
             if prop is None and feeds:
-                prop = fed_property(self._prim(layer, place), full, self._source_type(model, feeds[0]))
+                prop = fed_property(_writing().prim_spec(layer, place), full, self._source_type(model, feeds[0]))
             if prop is not None:
                 _set_sources(prop, [one if one.startswith("/") else f"{path}/{one}" for one in feeds])
         if links:
@@ -203,24 +194,16 @@ class GraphPrims:
 
     def _template(self, type_: str) -> Any:
         """The path of the prim of a node of that type without values."""
-        from graph.sim.usd import Sdf
-        from graph.usd_files.node_writing import NodeWriter, write_default
-
         if type_ not in self._places:
             prim = Sdf.CreatePrimInLayer(self._templates, f"/type{len(self._places)}")
             prim.specifier, prim.typeName = Sdf.SpecifierDef, "OmniGraphNode"
             node = NodeSpec(prim.name, type_)
-            NodeWriter(prim, node, self._registry).write()
+            _writing().NodeWriter(prim, node, self._registry).write()
             for full, declared in self.declared(node).items():
                 if full.startswith("inputs:"):
-                    write_default(prim, full, declared)
+                    _writing().write_default(prim.properties[full], declared)
             self._places[type_] = prim.path
         return self._places[type_]
-
-    def _prim(self, layer: Any, path: str) -> Any:
-        from graph.sim.usd import Sdf
-
-        return layer.GetPrimAtPath(path) or Sdf.CreatePrimInLayer(layer, path)
 
     def _cut(self, layer: Any, path: str) -> None:
         """Removes a node from the layer, and the compounds around it that are empty then."""
@@ -236,20 +219,23 @@ def short(node: NodeSpec) -> NodeSpec:
     """The node with its inputs named as in files, `x` for `inputs:x`, and its values as plain data."""
     if not node.inputs:
         return node
-    plain = _plain()
-    return replace(node, inputs={key.removeprefix("inputs:"): plain(value) for key, value in node.inputs.items()})
+    inputs = {key.removeprefix("inputs:"): plain_value(one) for key, one in node.inputs.items()}
+    return NodeSpec(node.name, node.type, inputs, node.mark, node.input_marks, node.attributes)
+
+
+def plain_value(value: Any) -> Any:
+    """A value as plain data, which prims and files hold."""
+    return _writing().plain(value)
 
 
 @cache
-def _plain() -> Any:
-    from graph.usd_files.values import plain
+def _writing() -> Any:
+    from graph.usd_files import node_writing  # most scripts have no graph
 
-    return plain
+    return node_writing
 
 
 def _scope(layer: Any, path: str) -> None:
-    from graph.sim.usd import Sdf
-
     for prefix in Sdf.Path(path).GetPrefixes():
         if layer.GetPrimAtPath(prefix) is None:
             prim = Sdf.CreatePrimInLayer(layer, prefix)

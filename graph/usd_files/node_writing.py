@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from functools import cache
+from math import isfinite
 from typing import Any
 
 from graph.node.declaration import Attribute, NodeType
@@ -26,6 +27,7 @@ from .values import from_usd, ogn_name, plain, sdf_name, to_usd
 EXECUTION = {"isExecution": True}
 TARGET = {"omni": {"graph": {"relType": "target"}}}
 _PREFIXES = ("inputs", "outputs", "state")
+_EXACT = {"bool": bool, "int": int, "double": float, "token": str, "string": str}
 
 
 class NodeWriter:
@@ -148,11 +150,16 @@ def _store(prop: Any, type_: Type, sdf: str, value: Any) -> dict[str, str]:
     return {} if same(stored, value) else {"value": kept(value, stored)}
 
 
-def change_attribute(prim: Any, full: str, declared: Attribute, value: Any) -> None:
-    """Gives an attribute of a node's prim another value, None for its default; its sources stay."""
+def change_attribute(layer: Any, place: str, full: str, declared: Attribute, value: Any) -> None:
+    """Gives an attribute of a node's prim at that place another value, None for its default; its sources stay."""
+    prop = layer.GetPropertyAtPath(f"{place}.{full}")
+    if prop is not None and _is_exact(declared.type, value):
+        prop.default = value
+        _annotate(prop, {})
+        return
     parsed = declared.parsed
-    prop = prim.layer.GetPropertyAtPath(prim.path.AppendProperty(full))
     if prop is None or isinstance(parsed, Extended):
+        prim = prim_spec(layer, place)
         feeds = [] if prop is None else list(prop.connectionPathList.explicitItems)
         if prop is not None:
             prim.RemoveProperty(prop)
@@ -167,16 +174,43 @@ def change_attribute(prim: Any, full: str, declared: Attribute, value: Any) -> N
     elif value is None:
         prop.ClearInfo("default")
     ours = _store(prop, parsed, sdf, value)
-    if ours or prop.HasInfo("customData"):
-        others = {key: one for key, one in prop.customData.items() if key != KEY}
-        prop.customData = {**others, KEY: ours} if ours else others
+    _annotate(prop, ours)
     if feeds:
         prop.targetPathList.explicitItems += feeds
     if value is None and full.startswith("inputs:"):
-        write_default(prim, full, declared)
+        write_default(prop, declared)
 
 
-def write_default(prim: Any, full: str, declared: Attribute) -> None:
+def _annotate(prop: Any, ours: dict[str, str]) -> None:
+    """Records what a property does not say by itself, in the place of what was recorded before."""
+    if ours or prop.HasInfo("customData"):
+        prop.SetInfoDictionaryValue("customData", KEY, ours or None)
+        if not ours and len(prop.customData) == 0:  # the truth of the proxy says something else
+            prop.ClearInfo("customData")
+
+
+def _is_exact(type_name: str | tuple[str, ...], value: Any) -> bool:
+    """Whether a value of that OGN type is stored as it is, without a note."""
+    if not isinstance(type_name, str) or type(value) is not _EXACT.get(type_name):
+        return False
+    match value:
+        case float():
+            return isfinite(value)
+        case str():
+            return value.isascii() and value.isprintable()
+        case int():
+            return -(2**31) <= value < 2**31
+    return False
+
+
+def prim_spec(layer: Any, place: str) -> Any:
+    """The prim at that place of a layer; one that is not there is made."""
+    from graph.sim.usd import Sdf
+
+    return layer.GetPrimAtPath(place) or Sdf.CreatePrimInLayer(layer, place)
+
+
+def write_default(prop: Any, declared: Attribute) -> None:
     """Gives an input without a value its type's default, with a note that it is one: a script may read it."""
     parsed = declared.parsed
     if declared.default is None or isinstance(parsed, Extended) or parsed.storage in ("execution", "target", "bundle"):
@@ -186,8 +220,8 @@ def write_default(prim: Any, full: str, declared: Attribute) -> None:
         note = json.dumps(from_usd(held, sdf_name(parsed)))
     except (ValueError, TypeError, OverflowError, UnicodeError):
         return
-    prop = prim.attributes[full]
-    prop.default, prop.customData = held, {**prop.customData, KEY: {"default": note}}
+    prop.default = held
+    prop.SetInfoDictionaryValue("customData", KEY, {"default": note})
 
 
 @cache

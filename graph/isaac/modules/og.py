@@ -7,6 +7,7 @@ from typing import Any
 
 from graph.isaac.og import OmniGraphError, OmniGraphValueError, get_registered_nodes
 from graph.isaac.og.keys import PrimExposureType, TypedValue
+from graph.isaac.omnigraph.attributes import Attribute, AttributeData
 from graph.isaac.omnigraph.controller import (
     Controller,
     DataView,
@@ -40,16 +41,9 @@ from graph.isaac.omnigraph.enums import (
     Severity,
     eVariableScope,
 )
-from graph.isaac.omnigraph.handles import (
-    STAGES,
-    Attribute,
-    AttributeData,
-    Graph,
-    GraphContext,
-    IVariable,
-    Node,
-    NodeType,
-)
+from graph.isaac.omnigraph.graph_parts import GraphContext, IVariable
+from graph.isaac.omnigraph.handles import STAGES, Graph, Node
+from graph.isaac.omnigraph.node_type import NodeType
 from graph.isaac.omnigraph.types import AttributeType, Type
 from graph.isaac.outcomes import tell_inert
 from graph.ogn.database import OgnDatabase as Database

@@ -19,8 +19,11 @@ from graph.isaac.session import app_or_none, mirror
 from graph.session.runner import graphs_of
 
 from . import editing
+from .attributes import Attribute
 from .enums import AttributePortType, ExtendedAttributeType, GraphPipelineStage
-from .handles import MODES, STAGES, Attribute, Graph, IVariable, Node, NodeType, follow, node_or_none
+from .graph_parts import IVariable
+from .handles import MODES, STAGES, Graph, Node, follow, node_or_none
+from .node_type import NodeType
 from .types import UNKNOWN, AttributeType, Type
 
 _UNGIVEN: Any = object()
@@ -32,12 +35,10 @@ class Keys(OurKeys):
 
 def present() -> GraphSet:
     """The graphs of the App that scripts act on; without an App, those of this process."""
-    app = app_or_none()
-    if app is None:
-        return present_set()
     if (prims := mirror()) is not None:
         prims.sync()
-    return graphs_of(app)
+    app = app_or_none()
+    return present_set() if app is None else graphs_of(app)
 
 
 class ObjectLookup:
@@ -68,8 +69,9 @@ class ObjectLookup:
             return attribute_id
         if hasattr(attribute_id, "GetPath"):
             attribute_id = str(attribute_id.GetPath())
-        found = find.attribute(present(), _bare(attribute_id), _bare(node_id), _bare(graph_id))
-        return Attribute(Node(present(), found.node.path), found.full_name)
+        graphs = present()
+        found = find.attribute(graphs, _bare(attribute_id), _bare(node_id), _bare(graph_id))
+        return Attribute(Node(graphs, found.node.path), found.full_name)
 
     @OnEither
     def variable(self: Any, variable_id: Any, graph_id: Any = None) -> Any:
@@ -147,6 +149,12 @@ class DataView:
             attribute, value = None, attribute
         if value is _UNGIVEN:
             raise OmniGraphError("set needs a value")
+        if type(attribute) is str and node is None:  # the common form, without a handle for each call
+            graphs, ours = present(), None
+            with suppress(OmniGraphError):
+                ours = find.attribute(graphs, attribute)
+            if ours is not None:
+                return editing.set_value(graphs, ours, value)
         found = _value(self, None if attribute is _UNGIVEN else attribute, node)
         if isinstance(found, IVariable):
             return found.set(None, value)
@@ -423,6 +431,8 @@ def _commands(commands: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _entry(value: Any) -> Any:
+    if type(value) in (str, float, int, bool):
+        return value
     if isinstance(value, (list, tuple)):
         return type(value)(_entry(one) for one in value) if type(value) in (list, tuple) else value
     if isinstance(value, Mapping):

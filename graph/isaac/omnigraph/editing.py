@@ -9,12 +9,17 @@ from typing import Any
 
 from graph.editing.graph_set import GraphSet
 from graph.editing.model import Model
+from graph.evaluate.omnigraph_names import AttributeOf
 from graph.isaac.og import Controller, OmniGraphError, TypedValue
 from graph.isaac.og.names import node_text
+from graph.isaac.session import mirror
+from graph.isaac.watched import tell_changed
 from graph.spec.file_spec import GraphSpec
 
+from .attributes import Attribute
 from .enums import AttributePortType, ExtendedAttributeType
-from .handles import Attribute, Handle, Node, follow, tell_changed
+from .handle import Handle
+from .handles import Node, follow
 
 _PREFIXES = {AttributePortType.INPUT: "inputs", AttributePortType.OUTPUT: "outputs", AttributePortType.STATE: "state"}
 
@@ -34,9 +39,8 @@ def plain(value: Any) -> Any:
     return value
 
 
-def set_value(attribute: Attribute, value: Any) -> None:
-    """Sets an input, state, or an output (which keeps it until its node computes), and calls its callback."""
-    ours = attribute.ours
+def set_value(graphs: GraphSet, ours: AttributeOf, value: Any) -> bool:
+    """Sets an input or state with its prim, or an output (until its node computes); calls its callback. Gives True."""
     name, node = ours.full_name, ours.node
     if name.startswith("outputs:"):
         from graph.evaluate.node import storage_place
@@ -47,14 +51,18 @@ def set_value(attribute: Attribute, value: Any) -> None:
         try:
             setattr(getattr(node.db, prefix), short, value if type_ is None else coerce(type_, plain(value)))
         except (ValueError, AttributeError) as error:
-            raise OmniGraphError(f"{attribute.path}: {error}") from None
+            raise OmniGraphError(f"{ours.path}: {error}") from None
     else:
         with_flag = plain(value)
-        type_ = node.types.get(name)
-        if type_ is not None and type_.storage == "bool" and type(with_flag) is int and with_flag in (0, 1):
-            with_flag = bool(with_flag)
-        attribute._edit.set(attribute.path, with_flag)
-    tell_changed(attribute)
+        if type(with_flag) is int and with_flag in (0, 1):
+            type_ = node.types.get(name)
+            if type_ is not None and type_.storage == "bool":
+                with_flag = bool(with_flag)
+        Controller(graphs=graphs).set(ours, with_flag)
+        if (prims := mirror()) is not None:
+            prims.set_value(node, name)
+    tell_changed(graphs, ours.path)
+    return True
 
 
 def connections(graphs: GraphSet, path: str) -> list[tuple[str, str]]:

@@ -55,8 +55,8 @@ REASONS = {
     "modules/world.py:BaseTask.get_description": HOOK,
     "modules/world.py:BaseTask.cleanup": HOOK,
     "omnigraph/handles.py:Node.is_backed_by_usd": TRUE_HERE,
-    "omnigraph/handles.py:AttributeData.cpu_valid": TRUE_HERE,
-    "omnigraph/handles.py:AttributeData.gpu_valid": TRUE_HERE,
+    "omnigraph/attributes.py:AttributeData.cpu_valid": TRUE_HERE,
+    "omnigraph/attributes.py:AttributeData.gpu_valid": TRUE_HERE,
     "results.py:Result.device": TRUE_HERE,
 }
 
