@@ -170,11 +170,11 @@ def test_nothing_inside_imports_the_face():
 
 
 def test_sensors_name_an_app_for_its_type_alone():
-    """They see a `WorldView`; only the check of a device and many worlds on it open Apps of their own."""
+    """They see a `WorldView`."""
     wrong = [
         f"{path.relative_to(ROOT)}:{line}"
         for name, path in MODULES.items()
-        if name.startswith("sensors.") and name not in ("sensors.device.check", "sensors.device.worlds")
+        if name.startswith("sensors.")
         for target, line in imports_of(name, path)
         if target in ("graph.sim", "graph.sim.app", "graph.isaac.managers.app") and names_app(path, line)
     ]
@@ -383,8 +383,8 @@ def test_each_heavy_library_is_imported_by_its_owners_alone(library):
     assert importers == OWNERS[library]
 
 
-KNOW_MUJOCO = ("graph.sim.physics.mujoco", "graph.sim.mjcf", "graph.sim.opengl")
-"""The packages that own MuJoCo's models and data: the engine, its file format, and its renderer."""
+KNOW_MUJOCO = ("graph.sim.physics.mujoco", "graph.sim.mjcf", "graph.sim.opengl", "wings.device")
+"""What owns MuJoCo's models and data: the engine, its file format, its renderer, and its steps on a device."""
 
 
 def knows_mujoco(name):

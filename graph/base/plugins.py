@@ -1,4 +1,4 @@
-"""Plug-ins: node types, sensors, transports, exports and commands, each an entry point in the group of its kind.
+"""Plug-ins: node types, sensors, transports, exports, commands, devices: entry points in the group of their kind.
 
 TickGraph's own wings (`wings/`) are declared in pyproject.toml, as those of any other package. A clone is read from
 there, so that it need not be installed, and an installation from its table of entry points. No module names a wing.
@@ -29,6 +29,8 @@ EXPORTS = "tickgraph.exports"
 """Each a `graph.recording.exporting.Format`, by its name in `graph export --format NAME`."""
 COMMANDS = "tickgraph.commands"
 """Each a `graph.cli.commands.Command`, by its name in `graph NAME`."""
+DEVICES = "tickgraph.devices"
+"""Each a module that computes on devices (`graph.sim.devices.plugin_of`), by their name up to the colon."""
 
 OGN = "tickgraph.ogn"
 """Packages with `.ogn` files, see `graph.ogn`."""
@@ -40,6 +42,7 @@ _KINDS = {
     TRANSPORTS: "transport",
     EXPORTS: "export",
     COMMANDS: "command",
+    DEVICES: "device",
 }
 _GROUP = re.compile(r'\[(?:project\.entry-points\.)?"?(tickgraph\.\w+)"?\]')
 _ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))

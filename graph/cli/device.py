@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-
 from graph.base.errors import UserError
 
 from .printing import say, say_json
@@ -13,12 +11,12 @@ GIB = 2**30
 
 def run(name: str, *, as_json: bool) -> int:
     """Checks a device; returns 0 if rays can be cast there, else 1. Raises UserError if it is missing."""
-    from graph.sim.devices import device_of, warp
+    from graph.sim.devices import plugin_of, warp
 
     if name == "cpu":
         raise UserError("doctor --device cpu: the processor needs no check of its own; name cuda, cuda:N or warp-cpu")
-    device, wp = device_of(name), warp()
-    found = import_module("sensors.device.check").compare(name)
+    plugin, wp = plugin_of(name), warp()
+    device, found = plugin.device_of(name), plugin.compare(name)
     facts = {
         "device": device.name,
         "warp": wp.config.version,

@@ -1,16 +1,19 @@
-"""The devices of NVIDIA Warp: which there are, and what to do if one is missing. Only this file imports Warp."""
+"""Devices other than the processor: their names, NVIDIA Warp, and the plug-in that computes on them.
+
+Only this file imports Warp.
+"""
 
 from __future__ import annotations
 
 import functools
 import re
-from collections.abc import Iterator
-from contextlib import contextmanager
 from importlib import import_module
+from types import ModuleType
 from typing import Any
 
 from graph.base.errors import UserError
 from graph.base.extras import install_command
+from graph.base.plugins import DEVICES, load
 from graph.base.silence import silenced
 
 HOST = "cpu"
@@ -39,44 +42,21 @@ def same_device(name: str, other: str) -> bool:
     return name.replace("cuda:0", "cuda") == other.replace("cuda:0", "cuda")
 
 
-def device_of(name: str) -> Any:
-    """Warp's device of a value of the knob `device`. Raises UserError if this machine does not have it."""
-    if name != WARP_HOST and not re.fullmatch(r"cuda(:\d+)?", name, re.ASCII):
+def plugin_of(name: str) -> Any:
+    """The module that computes on a device, by its name as in the knob `device`.
+
+    It is an entry point of the group `tickgraph.devices`, whose name is the device's up to the colon, and has
+    - `device_of(name)`: the device; raises UserError if this machine does not have it
+    - `DeviceWorld`, `DeviceLidar`, `DeviceCamera`: casts, frames of lidars and colours of cameras on it
+    - `Worlds`: many worlds of one file; `DeviceTwin`: the physics of one world a second time
+    - `compare(name)`: the same rays on the device and on the processor, for `graph doctor --device`
+    Raises UserError for an invalid name, and for a plug-in that cannot be used.
+    """
+    check_name(name)
+    return load(DEVICES, name.partition(":")[0], ModuleType)
+
+
+def check_name(name: str) -> None:
+    """Raises UserError for an invalid name of a device."""
+    if not re.fullmatch(rf"cuda(:\d+)?|{WARP_HOST}", name, re.ASCII):
         raise UserError(f"device {name}: there is no such device; give cuda, cuda:N (N from 0) or {WARP_HOST}")
-    wp = warp()
-    if name == WARP_HOST:
-        return wp.get_device("cpu")
-    cards = wp.get_cuda_devices()
-    number = int(name.partition(":")[2] or 0)
-    if not cards:
-        raise UserError(
-            f"device {name}: no CUDA device is there, or its driver is missing or too old; "
-            "`graph doctor --device` says which, and --device cpu runs without one"
-        )
-    if number >= len(cards):
-        raise UserError(f"device {name}: this machine has {len(cards)} (cuda:0 to cuda:{len(cards) - 1})")
-    return cards[number]
-
-
-@contextmanager
-def allocating(device: Any, what: str) -> Iterator[None]:
-    """Raises UserError, with the bytes, if memory of a device is not enough for what is made inside."""
-    try:
-        yield
-    except RuntimeError as error:
-        missing = re.match(r"Failed to allocate (\d+) bytes", str(error))
-        if missing is None:
-            raise
-        raise UserError(
-            f"{what} need {int(missing[1]) / 2**30:.2f} GiB more on {device.name} than there is; use fewer worlds, or "
-            "less room for contacts and rows"
-        ) from error
-
-
-def refuse_beyond(device: Any, needed: int, what: str) -> None:
-    """Raises UserError if `needed` bytes are more than the free memory of a card."""
-    if device.is_cuda and needed > device.free_memory:
-        raise UserError(
-            f"{what} needs {needed / 2**30:.2f} GiB on {device.name}, which has {device.free_memory / 2**30:.2f} GiB "
-            "free; use fewer worlds or rays"
-        )

@@ -10,7 +10,7 @@ from graph.base import exact
 from graph.base.errors import UserError
 
 from . import settings as keys
-from .devices import HOST, device_of
+from .devices import HOST, plugin_of
 from .fidelity import Fidelity
 from .settings import Settings
 from .timing.clocks import checked_rate
@@ -35,7 +35,7 @@ def refuse_unavailable(experience: str, parity: str, fidelity: Fidelity) -> None
 
         require_opengl()
     if fidelity.device != HOST:
-        device_of(fidelity.device)
+        plugin_of(fidelity.device).device_of(fidelity.device)
 
 
 def clock_rates(

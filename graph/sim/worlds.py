@@ -1,6 +1,12 @@
-"""`Worlds`: many worlds at once. Most of it measures, so its code is with the sensors."""
+"""`Worlds`: many worlds at once, by the plug-in for the devices on which they run."""
 
-from importlib import import_module
 from typing import Any
 
-Worlds: Any = import_module("sensors.device.worlds").Worlds
+from .devices import plugin_of
+
+
+def __getattr__(name: str) -> Any:
+    """The class `Worlds`. Raises UserError if the plug-in is missing."""
+    if name != "Worlds":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return plugin_of("cuda").Worlds

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from importlib import import_module
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -59,10 +58,11 @@ class Float32Log:
     """Runs the world of an App that has begun to play on a device too; `take` notes its state."""
 
     def __init__(self, app: App, device: str) -> None:
-        from graph.sim.devices import device_of
+        from graph.sim.devices import plugin_of
 
         self._app, self._engine = app, app.physics
-        self._twin = import_module("graph.sim.physics.mujoco.device_twin").DeviceTwin(app.physics, device_of(device))
+        plugin = plugin_of(device)
+        self._twin = plugin.DeviceTwin(app.physics, plugin.device_of(device))
         self._poses: list[Floats] = []
         self._joints: list[float] = []
         self._ends = [

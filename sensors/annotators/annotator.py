@@ -90,7 +90,7 @@ class Annotator(Suggesting):
 
         Before the first frame: empty arrays, or None for a buffer. Dictionaries have "data" and "info"; FlatScan's has
         its outputs by name. device: "cpu"; the App's device gives, for a point cloud or a GenericModelOutput, arrays
-        that are still there (see `sensors.device.frames`); None before the first frame. do_array_copy: True copies what
+        that are still there (`graph help gpu`); None before the first frame. do_array_copy: True copies what
         an annotator without copies gives. Raises SensorValueError if it is not attached, RuntimeError after the product
         was removed.
         """

@@ -8,6 +8,7 @@ import numpy as np
 
 from graph.base.errors import UserError
 from graph.base.records import dataclass
+from graph.sim.devices import plugin_of
 from graph.sim.renderer.schedule import Tick
 from graph.sim.settings import CAMERA_TONE, TONE_ACES
 from sensors.raycast.shadows import Shadows
@@ -28,7 +29,6 @@ from .view import View, look
 
 if TYPE_CHECKING:
     from graph.sim.renderer.view import WorldView
-    from sensors.device.camera import DeviceCamera
     from sensors.raycast.world import CastWorld
 
     from .drawn import DrawnCamera
@@ -80,7 +80,7 @@ class Imager:
         self._rays: CameraRays | None = None
         self._pictures: Pictures | None = None
         self._drawn: DrawnCamera | None = None
-        self._device: DeviceCamera | None = None
+        self._device: Any = None
         self._before: Instant | None = None
         self._kept: _Kept | None = None
         self._between: tuple[CastWorld, frozenset[str], Shadows] | None = None
@@ -226,18 +226,18 @@ class Imager:
         colours = self._colours(shot.camera)
         if world.device is None or shot.lines is not None or shot.camera.group or colours.samples > 1:
             return None
-        from sensors.device.camera import DeviceCamera
-        from sensors.device.world import DeviceWorld
-
-        if not isinstance(world, DeviceWorld) or smooth_surfaces(world):
+        if smooth_surfaces(world):
             return None
         if self._device is None or self._device.world is not world:
-            self._device = DeviceCamera(world, self._config, self._exclude, looks_of(world))
+            self._device = plugin_of(scene.fidelity.device).DeviceCamera(
+                world, self._config, self._exclude, looks_of(world)
+            )
         lighting = colours.lighting(world, shot.pose, poses)
         if not self._device.fits(lighting):
             return None
         aces = scene.settings.get(CAMERA_TONE) == TONE_ACES
-        return self._device.shade(shot.pose, poses, lighting, light=light, aces=aces)
+        shaded: np.ndarray | None = self._device.shade(shot.pose, poses, lighting, light=light, aces=aces)
+        return shaded
 
     def _cast(self, shot: _Shot, wanted: frozenset[str]) -> tuple[Images, np.ndarray | None]:
         """Channels in demand by rays from a pose, and the light [nit] of each pixel if colours are among them."""

@@ -55,7 +55,7 @@ def pack(frame: Frame) -> np.ndarray:
 
 
 def on_device(frame: Frame) -> GenericModelOutput:
-    """The GenericModelOutput of a frame on a device (`sensors.device.frames`), whose arrays stay there."""
+    """The GenericModelOutput of a frame on a device (`graph.sim.devices.plugin_of`), whose arrays stay there."""
     arrays: Any = frame.arrays
     filled = _filled(frame)
     buffer = np.zeros(HEADER.itemsize, np.uint8)

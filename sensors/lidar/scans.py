@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections import OrderedDict
 from fractions import Fraction
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from graph.base.exact import nanoseconds
 from graph.base.records import dataclass, field
-from graph.sim.devices import HOST
+from graph.sim.devices import plugin_of
 from graph.sim.renderer.schedule import EveryUpdate, Tick
 from sensors.channels import CHANNELS
 from sensors.motion.velocities import Velocities
@@ -27,7 +27,6 @@ from .scan import Scanner
 
 if TYPE_CHECKING:
     from graph.sim.renderer.view import WorldView
-    from sensors.device.lidar import DeviceLidar
 
     from .runtime import LidarRuntime
 
@@ -57,7 +56,7 @@ class Scans:
         self._subrays = fidelity.lidar_subrays
         self._scanners: OrderedDict[int, Scanner] = OrderedDict()
         self._unfinished: dict[int, _Turn] = {}
-        self._devices: dict[int, tuple[CastWorld, DeviceLidar | None]] = {}
+        self._devices: dict[int, tuple[CastWorld, Any]] = {}
 
     def reset(self) -> None:
         """Drops unfinished scans."""
@@ -142,14 +141,11 @@ class Scans:
         noise = None if seed is None else Noise(self._config, pattern, seed, self._path)
         return Scanner(pattern, self._config, exclude=self._exclude, noise=noise, subrays=self._subrays)
 
-    def _on_device(self, scene: WorldView, world: CastWorld, turn: int) -> DeviceLidar | None:
-        """The lidar on the scene's device, if it can make whole frames of this turn there."""
-        fidelity, config = scene.fidelity, self._config
-        if fidelity.device == HOST:
+    def _on_device(self, scene: WorldView, world: CastWorld, turn: int) -> Any:
+        """The lidar on the scene's device; None if whole frames of this turn are made on the processor."""
+        if world.device is None:
             return None
-        from sensors.device.lidar import DeviceLidar
-        from sensors.device.world import DeviceWorld
-
+        fidelity, config = scene.fidelity, self._config
         number = self._turns.number(turn)
         known = self._devices.get(number)
         if known is None or known[0] is not world:
@@ -163,12 +159,13 @@ class Scans:
                 and (carrier is None or carrier in world.bodies)
             )
             lidar = None
-            if fits and isinstance(world, DeviceWorld):
-                lidar = DeviceLidar(world, pattern, config, optics, self._exclude, _tables(world), carrier)
+            if fits:
+                made = plugin_of(fidelity.device).DeviceLidar
+                lidar = made(world, pattern, config, optics, self._exclude, _tables(world), carrier)
             known = self._devices[number] = world, lidar
         return known[1]
 
-    def _device_scan(self, device: DeviceLidar, lidar: LidarRuntime, tick: Tick, wanted: frozenset[str]) -> Measurement:
+    def _device_scan(self, device: Any, lidar: LidarRuntime, tick: Tick, wanted: frozenset[str]) -> Measurement:
         pose, state = lidar.pose(tick.poses), tick.poses or tick.scene.fabric.capture()
         velocities = np.array(state.velocities(device.world.bodies)).reshape(-1, 6)
         arrays, count = device.scan(pose, state, velocities, wanted)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graph.sim.devices import HOST
+from graph.sim.devices import HOST, plugin_of
 from graph.sim.geometry.deforming import Following
 from graph.sim.settings import ID_MAP_EXTENSION, RAY_THREADS
 from sensors.surfaces.ids import has_prim, pack_stable_id_map, stable_id, stable_id_map
@@ -69,17 +69,11 @@ def _cast_world(scene: WorldView) -> CastWorld:
     def threads() -> int:
         return int(settings.get(RAY_THREADS))
 
-    world = _world_on(scene.fidelity.device)(surfaces, poses, threads, soft, points, velocities)
+    device = scene.fidelity.device
+    made: Callable[..., CastWorld] = CastWorld if device == HOST else partial(plugin_of(device).DeviceWorld.on, device)
+    world = made(surfaces, poses, threads, soft, points, velocities)
     world.scene = scene
     return world
-
-
-def _world_on(device: str) -> Callable[..., CastWorld]:
-    if device == HOST:
-        return CastWorld
-    from sensors.device.world import DeviceWorld
-
-    return partial(DeviceWorld.on, device)
 
 
 def surface_materials(world: CastWorld) -> np.ndarray:

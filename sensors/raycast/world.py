@@ -51,7 +51,7 @@ class CastWorld:
     """
 
     device: Any = None
-    """Where rays are cast (`devices.device_of`); None: on the processor."""
+    """Where rays are cast (`graph.sim.devices.plugin_of`); None: on the processor."""
     scene: WorldView
     """Where its surfaces come from; None for bare geometry."""
 

@@ -20,7 +20,7 @@ from measure import Row, ratio
 
 from graph.base.errors import UserError
 from graph.sim import App
-from graph.sim.devices import device_of, warp
+from graph.sim.devices import warp
 from graph.sim.geometry import tessellation
 from graph.sim.geometry.closed_forms import closed_form
 from graph.sim.geometry.collect import Mesh, Solid
@@ -28,6 +28,7 @@ from graph.sim.messages.bus import MemorySink
 from sensors.lidar.config import EmitterState, LidarConfig
 from sensors.lidar.pattern import firing_pattern
 from sensors.surfaces.optics import optics_of
+from wings.device import device_of
 
 TITLE = "Device: 199,712 triangles of hills on a card; floors are raw Warp kernels and mujoco-warp's own steps"
 BOXES = 20
@@ -92,8 +93,8 @@ def cube(number: int) -> Solid:
 
 def scanner(device: Any, surfaces: list[Any], body_of: list[int], config: LidarConfig, worlds: int) -> tuple[Any, Any]:
     """A scan of some surfaces, and the pattern."""
-    from sensors.device.geometry import Geometry
-    from sensors.device.scan import DeviceScan
+    from wings.device.geometry import Geometry
+    from wings.device.scan import DeviceScan
 
     pattern = firing_pattern(config)
     geometry = Geometry(device, surfaces, np.array(body_of), np.zeros(3), formulas=True, worlds=worlds)
@@ -104,9 +105,9 @@ def scanner(device: Any, surfaces: list[Any], body_of: list[int], config: LidarC
 def one_world(device: Any, rounds: int) -> Iterator[Row]:
     """One lidar over the hills: left on the device, as arrays of NumPy, as a GenericModelOutput."""
     from sensors.channels import AuxLevel
-    from sensors.device.frames import DeviceFrames
     from sensors.frame import Frame, FramePose
     from sensors.gmo import channels_for, pack
+    from wings.device.frames import DeviceFrames
 
     wp, config = warp(), lidar(32, 1800)
     scan, pattern = scanner(device, [hills()], [-1], config, 1)
@@ -168,10 +169,10 @@ def many_worlds(device: Any, rounds: int, worlds: int) -> Iterator[Row]:
 
 def yard_memory(device: Any, worlds: int) -> Iterator[Row]:
     """What worlds of the yard take: its robot's physics, and scans of 16 x 360 rays with all channels."""
-    from graph.sim.physics.mujoco.device import DevicePhysics
-    from sensors.device.geometry import Geometry
-    from sensors.device.scan import DeviceScan
     from sensors.raycast.shared import cast_world, surface_optics
+    from wings.device.geometry import Geometry
+    from wings.device.physics import DevicePhysics
+    from wings.device.scan import DeviceScan
 
     wp = warp()
     with App.from_file(GRAPHS / "yard.yaml") as app:
@@ -202,7 +203,7 @@ def yard_memory(device: Any, worlds: int) -> Iterator[Row]:
 
 def steps(device: Any, rounds: int, worlds: int) -> Iterator[Row]:
     """Physics: boxes in contact in many worlds."""
-    from graph.sim.physics.mujoco.device import DevicePhysics
+    from wings.device.physics import DevicePhysics
 
     wp = warp()
     boxes = "".join(

@@ -71,6 +71,12 @@ def prim(type_name):
 
 NEEDS = {
     "acoustic": prim("OmniAcoustic"),
+    "device": (
+        "",
+        ["run", "graphs/quickstart.yaml", "--device", "cuda"],
+        "graph: the device cuda cannot be used: it comes",
+        "",
+    ),
     "exports": (
         "",
         ["export", "out", "--format", "ply", "--out", "clouds"],

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from graph.sim.devices import warp
+from graph.sim.physics.mujoco.library import mujoco
 from graph.sim.transforms import Floats
 
-from .device import DevicePhysics
-from .device_start import left_out
-from .library import mujoco
+from .physics import DevicePhysics
+from .physics_start import left_out
 
 CONTACTS = 512
 """Room for contacts; constraint rows have four times as many."""

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from graph.base.errors import UserError
-from graph.sim.devices import allocating, refuse_beyond, warp
+from graph.sim.devices import warp
+from graph.sim.physics.mujoco.library import mujoco
 
-from .device_start import STATE
-from .library import mujoco
+from .devices import allocating, refuse_beyond
+from .physics_start import STATE
 
 SPARE_CONTACTS, SPARE_ROWS = 4, 4
 """Contacts and constraint rows that a world may have, in those of the first state; see `LEAST`."""
@@ -26,9 +27,9 @@ class DevicePhysics:
     """The bodies of `worlds` worlds. engine: of one App that plays, whose state all worlds start from.
 
     contacts, rows: room in a world, None: by the first state. differences: of worlds that begin otherwise, see
-    `device_start.difference`. Steps are MuJoCo's own in float32; restitution, friction at bounces, and divided steps of
-    `graph.sim.physics` act on the processor only. On a card, sums are in no fixed order, so the last bits differ from
-    run to run. Raises UserError for a model that mujoco-warp does not simulate.
+    `physics_start.difference`. Steps are MuJoCo's own in float32; restitution, friction at bounces, and divided steps
+    of `graph.sim.physics` act on the processor only. On a card, sums are in no fixed order, so the last bits differ
+    from run to run. Raises UserError for a model that mujoco-warp does not simulate.
     """
 
     def __init__(
@@ -103,7 +104,7 @@ class DevicePhysics:
 
     def drive(self, positions: Any, velocities: Any) -> None:
         """Targets of the driven joints, (w, j) float32 on the device [rad or m, per s]; None keeps those of before."""
-        from . import device_kernels
+        from . import physics_kernels
 
         wp, device = warp(), self._device
         if not self._targets:
@@ -115,7 +116,7 @@ class DevicePhysics:
             if values is not None:
                 self._targets[axis] = values
         wp.launch(
-            device_kernels.drive,
+            physics_kernels.drive,
             dim=(self.worlds, len(self.joints)),
             inputs=[*self._targets, *self._shares, self._columns],
             outputs=[self.data.ctrl],
@@ -123,7 +124,7 @@ class DevicePhysics:
         )
 
     def _differing(self, differences: Mapping[int, Mapping[str, np.ndarray]]) -> None:
-        """Gives worlds what they have otherwise than the engine; see `device_start.difference`."""
+        """Gives worlds what they have otherwise than the engine; see `physics_start.difference`."""
         wp = warp()
         for name in sorted({name for each in differences.values() for name in each}):
             rows = {world: each[name] for world, each in differences.items() if name in each}
@@ -150,12 +151,12 @@ class DevicePhysics:
 
     def carry(self, anchor: np.ndarray, bodies: Any, linear: Any, angular: Any) -> None:
         """Writes where the bodies are about an anchor (3,) [m], (w, b), and their velocities [m/s, rad/s]."""
-        from . import device_kernels
+        from . import physics_kernels
 
         self._refresh()
         data = self.data
         warp().launch(
-            device_kernels.carry,
+            physics_kernels.carry,
             dim=(self.worlds, len(self.paths)),
             inputs=[data.xpos, data.xquat, data.cvel, data.subtree_com, self._roots, warp().vec3d(*anchor)],
             outputs=[bodies, linear, angular],
@@ -180,14 +181,14 @@ class DevicePhysics:
 
     def reset(self, mask: Any) -> None:
         """Puts worlds back to their first state; mask: (w,) bool on the device."""
-        from . import device_kernels
+        from . import physics_kernels
 
         wp = warp()
         with wp.ScopedDevice(self._device):
             self._mjw.reset_data(self.model, self.data, mask)
             for name, first in self._first.items():
                 rows = [_numbers(each, self.worlds) for each in (first, getattr(self.data, name))]
-                wp.launch(device_kernels.restore, dim=rows[0].shape, inputs=[mask, *rows], device=self._device)
+                wp.launch(physics_kernels.restore, dim=rows[0].shape, inputs=[mask, *rows], device=self._device)
         self._refresh()
 
 

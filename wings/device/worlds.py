@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from fractions import Fraction
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +11,10 @@ import numpy as np
 
 from graph.base.errors import UserError
 from graph.base.exact import NANOSECONDS
-from graph.sim.devices import HOST, device_of, warp
+from graph.sim.devices import HOST, warp
 from graph.sim.renderer.schedule import TickSchedule
 
+from .devices import device_of
 from .geometry import Geometry
 from .scan import WIDTHS, DeviceScan
 from .start import Difference, Start, difference, start_of
@@ -83,6 +83,7 @@ class Worlds:
         rows: int | None = None,
         **options: Any,
     ) -> None:
+        from graph.session.by_world import WorldDraws
         from graph.sim.app import App
         from sensors.raycast.shared import cast_world
 
@@ -91,7 +92,7 @@ class Worlds:
         if device == HOST:
             raise UserError('worlds run on "cuda", "cuda:N" or "warp-cpu"; for one world on the processor use App')
         self.device, self.count = device_of(device), count
-        draws = import_module("graph.session.by_world").WorldDraws(file, count, seed, options)
+        draws = WorldDraws(file, count, seed, options)
         self.drawn: tuple[Mapping[str, Any], ...] = draws.values
         """What `randomize:` of the file drew for each world, by its targets; world i has the seed `seed` + i."""
         self.app = app = App.from_file(file, seed=seed, **options)
@@ -110,11 +111,12 @@ class Worlds:
         differences = self._differences(draws, start)
         engine: Any = app.physics
         self.physics: Any = None
-        """mujoco-warp's `model` and `data`, see `graph.sim.physics.mujoco.device`; None where nothing moves."""
+        """mujoco-warp's `model` and `data`, see `physics.DevicePhysics`; None where nothing moves."""
         if engine is not None:
-            physics = import_module("graph.sim.physics.mujoco.device").DevicePhysics
+            from .physics import DevicePhysics
+
             differing = {world: each.physics for world, each in differences.items()}
-            self.physics = physics(engine, count, self.device, contacts, rows, differing)
+            self.physics = DevicePhysics(engine, count, self.device, contacts, rows, differing)
         paths = () if engine is None else engine.body_paths
         number = {path: index for index, path in enumerate(paths)}
         body_of = np.array([number.get(str(one.body), -1) if one.body else -1 for one in start.surfaces], np.int32)
@@ -285,12 +287,12 @@ class Worlds:
         from sensors.lidar.names import PRIM_TYPE
         from sensors.sensor_types import sensor_types
 
+        from .physics_start import left_out
+
         app, known = self.app, sensor_types()
         prims = (prim for prim in app.stage.Traverse() if prim.GetTypeName() in known)
         others = [str(prim.GetPath()) for prim in prims if prim.GetTypeName() != PRIM_TYPE]
-        physics = (
-            [] if app.physics is None else import_module("graph.sim.physics.mujoco.device_start").left_out(app.physics)
-        )
+        physics = [] if app.physics is None else left_out(app.physics)
         for what, names, why in (
             ("graphs", [*app.graphs], "graphs are not evaluated in worlds; set targets with drive()"),
             ("sensors", others, "only lidars measure in worlds; open the file as an App for these"),

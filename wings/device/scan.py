@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graph.sim.devices import refuse_beyond, warp
+from graph.sim.devices import warp
 from sensors.lidar.receiver import Receiver
 from sensors.surfaces.optics import Optics
 
+from .devices import refuse_beyond
 from .geometry import Geometry
 
 if TYPE_CHECKING:

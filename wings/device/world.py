@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from graph.sim.devices import device_of, refuse_beyond, warp
+from graph.sim.devices import warp
 from graph.sim.geometry.surfaces import Mesh
 from sensors.raycast.rays import NO_SURFACE, NOTHING, Hits, RayBundle
 from sensors.raycast.standing import excluded
 from sensors.raycast.world import CastWorld, anchor_of, soft_prim
 
+from .devices import device_of, refuse_beyond
 from .geometry import Geometry
 
 BYTES_A_RAY = 48

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
-from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -44,7 +43,7 @@ class Start:
 class Difference:
     """Where another world begins otherwise: poses (4, 4) [m] by number of standing surfaces, relative to the first
     world's, and of surfaces on bodies that are held; poses of lidars; and what the physics has otherwise
-    (`graph.sim.physics.mujoco.device_start`).
+    (`physics_start.difference`).
     """
 
     surfaces: dict[int, np.ndarray] = field(default_factory=dict)
@@ -103,7 +102,9 @@ def difference(first: Start, other: Start) -> Difference:
     if first.physics is not None or other.physics is not None:
         if first.physics is None or other.physics is None:
             raise UserError(f"it changes whether anything moves; {UNDRAWN}")
-        found.physics = import_module("graph.sim.physics.mujoco.device_start").difference(first.physics, other.physics)
+        from . import physics_start
+
+        found.physics = physics_start.difference(first.physics, other.physics)
     return found
 
 

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from graph.base.errors import UserError
-
-from .speed_limits import SpeedLimits
+from graph.sim.physics.mujoco.speed_limits import SpeedLimits
 
 STATE = ("qpos", "qvel", "ctrl", "mocap_pos", "mocap_quat")
 """The state in which a world begins."""

@@ -8,10 +8,10 @@ pytest.importorskip("warp", reason="pip install 'tickgraph[gpu]'")
 from pxr import Sdf
 
 from graph.sim import App
-from sensors.device.camera import DeviceCamera
 from sensors.replicator import get_annotator
 from tests.support.camera_worlds import add_camera
 from tests.support.devices import on_each
+from wings.device.camera import DeviceCamera
 
 SIZE = (64, 48)
 PRIMS = {

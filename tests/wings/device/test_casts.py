@@ -10,13 +10,14 @@ from pxr import Gf, UsdGeom, UsdPhysics
 
 from graph.base.errors import UserError
 from graph.sim import App
-from graph.sim.devices import allocating, device_of, warp
+from graph.sim.devices import warp
 from graph.sim.geometry.surfaces import Mesh
-from sensors.device.check import compare
-from sensors.device.geometry import Geometry
 from sensors.raycast.rays import RayBundle
 from sensors.raycast.shared import cast_world
 from tests.support.devices import on_each
+from wings.device.check import compare
+from wings.device.devices import allocating, device_of, refuse_beyond
+from wings.device.geometry import Geometry
 
 
 def bundle(directions, origin=(0.0, 0.0, 0.0), offsets=None, exclude=()):
@@ -178,8 +179,6 @@ def test_an_allocation_that_fails_is_refused_with_its_bytes():
 
 
 def test_what_does_not_fit_on_a_card_is_refused_with_the_memory_that_it_needs():
-    from graph.sim.devices import refuse_beyond
-
     class Card:
         is_cuda, name, free_memory = True, "a card", 2**30
 

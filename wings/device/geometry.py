@@ -9,10 +9,11 @@ from weakref import WeakValueDictionary
 
 import numpy as np
 
-from graph.sim.devices import refuse_beyond, warp
+from graph.sim.devices import warp
 from graph.sim.geometry.surfaces import Mesh, Plane, Solid
 from sensors.raycast.forms import Forms
 
+from .devices import refuse_beyond
 from .items import FEW_ITEMS, MESH
 
 BYTES_A_TRIANGLE = 120

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from graph.sim.devices import refuse_beyond, warp
+from graph.sim.devices import warp
 from sensors.camera.config import CameraConfig
 from sensors.camera.lights import Lighting
 from sensors.camera.looks import Looks
@@ -15,6 +15,7 @@ from sensors.camera.shading import SRGB
 from sensors.raycast.world import anchor_of
 
 from . import lamps
+from .devices import refuse_beyond
 from .replay import Inputs, Replay, finish, host_array
 
 if TYPE_CHECKING:
