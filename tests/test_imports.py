@@ -25,7 +25,6 @@ JOINTS = {
     "graph.testing",
     "graph.portability",
     "graph.trade",
-    "graph.campaign",
     "graph.__main__",
     "graph.usd_files",
 }

@@ -1,4 +1,4 @@
-"""Plug-ins: node types, sensors, transports, exports, commands, devices: entry points in the group of their kind.
+"""Plug-ins: node types, sensors, transports, exports, commands, devices, kinds of files; entry points in their groups.
 
 TickGraph's own wings (`wings/`) are declared in pyproject.toml, as those of any other package. A clone is read from
 there, so that it need not be installed, and an installation from its table of entry points. No module names a wing.
@@ -32,6 +32,9 @@ COMMANDS = "tickgraph.commands"
 DEVICES = "tickgraph.devices"
 """Each a module that computes on devices (`graph.sim.devices.plugin_of`), by their name up to the colon."""
 
+FILES = "tickgraph.files"
+"""Each a `graph.files.kinds.FileKind`, by the first key of such files."""
+
 OGN = "tickgraph.ogn"
 """Packages with `.ogn` files, see `graph.ogn`."""
 
@@ -43,6 +46,7 @@ _KINDS = {
     EXPORTS: "export",
     COMMANDS: "command",
     DEVICES: "device",
+    FILES: "kind of file",
 }
 _GROUP = re.compile(r'\[(?:project\.entry-points\.)?"?(tickgraph\.\w+)"?\]')
 _ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))

@@ -1,14 +1,16 @@
-"""`graph check`: validates graph, test and campaign files without running them; every problem is one line."""
+"""`graph check`: validates graph files, and those of other kinds, without running them; every problem is one line."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.gc_pause import collector_paused
+from graph.base.plugins import FILES, of_wings
 from graph.base.records import dataclass
 from graph.portability.rules import NAMES
 
@@ -31,23 +33,17 @@ class Checked:
     spec: FileSpec | None
     problems: tuple[Problem, ...]
     notes: tuple[Note, ...] = ()
-    cases: int | None = None
-    """The number of cases, if it is a test file."""
-    runs: int | None = None
-    """The number of runs, if it is a campaign file."""
+    numbers: Mapping[str, int] | None = None
+    """What the file has, by name, if it is not a graph file: cases, runs, findings."""
     prims: int = 0
     """The number of inline prims; with a scene, of all its prims except graphs and nodes."""
     findings: tuple[Finding, ...] = ()
     """What breaks a rule of the target; their notes are among `notes`."""
 
     def counts(self) -> dict[str, int]:
-        """The numbers of graphs, nodes, connections and prims; of cases or runs in a file of these."""
-        if self.cases is not None:
-            return {"cases": self.cases}
-        if self.runs is not None:
-            return {"runs": self.runs}
-        if _is_script(self.file):
-            return {"findings": len(self.findings)}
+        """The numbers of graphs, nodes, connections and prims; in a file of another kind `numbers`."""
+        if self.numbers is not None:
+            return dict(self.numbers)
         graphs = self.spec.graphs if self.spec else ()
         return {
             "graphs": len(graphs),
@@ -80,11 +76,12 @@ class Checked:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's options."""
+    kinds = "".join(f", {name} file" for name in of_wings(FILES))
     parser.add_argument(
         "files",
         metavar="FILE",
         nargs="+",
-        help="graph file (.yaml, .json or .usda), *.test.yaml or campaign file; or a Python script, which is only "
+        help=f"graph file (.yaml, .json or .usda), *.test.yaml{kinds}; or a Python script, which is only "
         "read: what graph exec cannot run of it, with --target what fails there",
     )
     parser.add_argument(
@@ -161,14 +158,16 @@ def check(
     target: a product whose known faults are looked for too.
     """
     # The engine, the world and the nodes are imported only here: `graph check --help` does not need them.
-    from graph.campaign.names import is_campaign
+    from graph.files.kinds import file_kind, kind_of
     from graph.session.open import build_parts
     from graph.testing.names import is_test_file
 
     if is_test_file(Path(file)):
         return _check_tests(file, allow)
-    if is_campaign(Path(file)):
-        return _check_campaign(file, allow, skip_outside=skip_outside, skip_unknown=skip_unknown, target=target)
+    if kind := kind_of(Path(file)):
+        options = {"skip_outside": skip_outside, "skip_unknown": skip_unknown, "target": target}
+        checked: Checked = import_module(file_kind(kind).module).check(file, allow, **options)
+        return checked
     if _is_script(file):
         return _check_script(file, target)
     parts = build_parts(
@@ -228,11 +227,12 @@ def _check_script(file: str, target: str | None) -> Checked:
             notes = tuple(
                 ("script-name-missing", str(one.problem.mark), one.problem.message) for one in found if not one.certain
             )
-            return Checked(file, None, problems, notes)
+            return Checked(file, None, problems, notes, {"findings": 0})
         findings = tuple(script_findings(target, file))
     except UserError as error:
-        return Checked(file, None, error.problems)
-    return Checked(file, None, (), tuple(one.note() for one in findings), findings=findings)
+        return Checked(file, None, error.problems, numbers={"findings": 0})
+    notes = tuple(one.note() for one in findings)
+    return Checked(file, None, (), notes, {"findings": len(findings)}, findings=findings)
 
 
 def _count_prims(parts: Parts) -> int:
@@ -264,31 +264,5 @@ def _check_tests(file: str, allow: Sequence[Path]) -> Checked:
 
     tests = read_cases(file, allow)
     problems = (*tests.problems, *check_cases(tests.cases, allow))
-    return Checked(
-        file, None, tuple(sorted(problems, key=lambda one: one.mark or Mark("", 0, 0))), (), len(tests.cases)
-    )
-
-
-def _check_campaign(file: str, allow: Sequence[Path], **options: Any) -> Checked:
-    """A campaign file, and each of its graph files with the values of its first run."""
-    from itertools import pairwise
-
-    from graph.campaign.file import read_campaign
-    from graph.campaign.points import FILE, arguments_of, points_of
-
-    from .main import split_settings
-
-    try:
-        asked = read_campaign(Path(file), allow)
-        points = points_of(asked.files, asked.varied, asked.rows, asked.fixed, asked.seed)
-    except UserError as error:
-        return Checked(file, None, tuple(error.problems))
-    problems: list[Problem] = []
-    notes: list[Note] = []
-    for point in {point[FILE]: point for point in reversed(points)}.values():
-        rest, settings = split_settings(arguments_of(point, ()))
-        overrides = dict(text.partition("=")[::2] for flag, text in pairwise(rest) if flag == "--set")
-        one = check(point[FILE], allow=allow, settings=settings, overrides=overrides, **options)
-        problems += one.problems
-        notes += one.notes
-    return Checked(file, None, tuple(problems), tuple(dict.fromkeys(notes)), runs=len(points))
+    problems = tuple(sorted(problems, key=lambda one: one.mark or Mark("", 0, 0)))
+    return Checked(file, None, problems, (), {"cases": len(tests.cases)})

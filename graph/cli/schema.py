@@ -1,8 +1,9 @@
-"""`graph schema`: prints the JSON Schema of graph, test or campaign files, for editors."""
+"""`graph schema`: prints the JSON Schema of graph files, or of another kind of file, for editors."""
 
 from __future__ import annotations
 
 import argparse
+from importlib import import_module
 from typing import Any
 
 from .arguments import add_nodes
@@ -11,18 +12,21 @@ from .printing import say_json
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's options."""
-    kind = parser.add_mutually_exclusive_group()
-    kind.add_argument("--tests", action="store_true", help="the schema of test files (*.test.yaml) instead")
-    kind.add_argument("--campaign", action="store_true", help="the schema of campaign files of graph sweep instead")
+    from graph.base.plugins import FILES, loaded
+    from graph.files.kinds import FileKind
+
+    group = parser.add_mutually_exclusive_group()
+    group.add_argument("--tests", action="store_true", help="the schema of test files (*.test.yaml) instead")
+    for plugin, kind in loaded(FILES, FileKind):
+        shown = f"the schema of {kind.help} instead"
+        group.add_argument(f"--{plugin.name}", action="store_const", dest="kind", const=kind, help=shown)
     add_nodes(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command."""
-    if args.campaign:
-        from graph.campaign.file import campaign_schema
-
-        say_json(campaign_schema())
+    if args.kind:
+        say_json(import_module(args.kind.module).schema())
         return 0
     from graph.files import json_schema
     from graph.node import registry

@@ -11,11 +11,13 @@ from typing import Any
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.forms import FormError
 from graph.base.gc_pause import collector_paused
+from graph.base.plugins import FILES, names
 from graph.base.records import dataclass
 from graph.spec.file_spec import FileSpec, GraphSpec
 
 from . import file_forms, json_text, messages, tree
 from .build import Builder
+from .kinds import file_kind
 from .source import Source, decode, file_format, is_usd, read
 from .text import described
 
@@ -146,8 +148,8 @@ def _another_format(root: tree.Map) -> str | None:
     """Why no key can be checked: the file is not a graph file at all, or has a newer format."""
     version = root.get("tickgraph")
     if "tickgraph" not in root and not any(key in file_forms.GraphFile.fields for key in root):
-        if "campaign" in root:
-            return "this is a campaign file, not a graph file; run it by graph sweep"
+        if name := next((one for one in names(FILES) if one in root), None):
+            return f"this is a {name} file, not a graph file; {file_kind(name).advice}"
         return 'this is not a graph file: there is no "tickgraph" key; a graph file starts with "tickgraph: 1"'
     if isinstance(version, int) and not isinstance(version, bool) and version > file_forms.VERSION:
         number = described(version).removeprefix("number ")

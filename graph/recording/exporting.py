@@ -23,7 +23,7 @@ class Exporter(Protocol):
         """Writes the topics of a recording into the folder `out`; returns lines for the user.
 
         world: points in the root frame of the recorded transforms, each by the pose of its own time. number: of a run
-        of a campaign, from 0 in order.
+        among several, from 0 in order.
         """
 
     def finish(self, out: Path) -> None:
@@ -37,7 +37,7 @@ class Format:
     - help: what it writes, in a few words.
     - fits(type_name): whether it can hold the messages of a ROS type.
     - begin(): what writes it. Raises UserError, for instance where a library is missing.
-    - place(number): where in `out` a run of a campaign is then found; None for a folder of its own.
+    - place(number): where in `out` a run among several is found; None for a folder of its own.
     """
 
     help: str

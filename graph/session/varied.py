@@ -1,4 +1,4 @@
-"""`KEY=V1,V2,...`: the values that a trade or a campaign gives a key."""
+"""`KEY=V1,V2,...`: values of a key that many runs take in turn."""
 
 from __future__ import annotations
 

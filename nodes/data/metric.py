@@ -1,4 +1,4 @@
-"""A value of a run that its report keeps: a column of a campaign's table."""
+"""A value of a run that its report keeps, and tables of many runs as a column."""
 
 from __future__ import annotations
 

@@ -14,12 +14,12 @@ from tempfile import TemporaryDirectory
 
 from measure import Row
 
-from graph.campaign.conduct import Limits, conduct
-from graph.campaign.folder import Folder
-from graph.campaign.launcher import Ended, Order
-from graph.campaign.specification import Campaign
-from graph.campaign.table import write_tables
 from tests.support.many_apps import further_app_mb
+from wings.campaign.conduct import Limits, conduct
+from wings.campaign.folder import Folder
+from wings.campaign.launcher import Ended, Order
+from wings.campaign.specification import Campaign
+from wings.campaign.table import write_tables
 
 TITLE = "Campaigns"
 ROOT = Path(__file__).parents[2]
@@ -27,7 +27,7 @@ QUICKSTART = str(ROOT / "graphs" / "quickstart.yaml")
 STARTS = """
 import os, sys, time
 os.sched_setaffinity(0, {0})
-from graph.cli.rehearsal import rehearse
+from wings.campaign.rehearsal import rehearse
 for _ in range(2):
     began = time.process_time()
     rehearse(["run", sys.argv[1]], play=True)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.util import find_spec
 from itertools import count
 from pathlib import Path
 
@@ -434,6 +435,9 @@ def test_every_limit_has_a_case():
 @pytest.mark.parametrize("key", CASES)
 def test_as_much_as_the_limit_passes_and_one_more_is_refused_in_a_line(key, tmp_path, capsys):
     name, build, more = CASES[key]
+    wing = f"wings.{name.partition('.')[0]}"
+    if name.startswith(("acoustic.", "campaign.")) and find_spec(wing) is None:
+        pytest.skip(f"needs {wing}")
     for less in (0, 1):
         asked = build(tmp_path, *more)
         most = asked.amount - less

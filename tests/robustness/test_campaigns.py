@@ -25,6 +25,9 @@ from graph.cli.main import main
 from tests.support.dask import Dask
 from tests.support.disks import in_a_disk
 from tests.support.places import ROOT
+from tests.support.without_wing import needs_wing
+
+pytestmark = needs_wing("campaign")
 
 CLOCK = """\
 tickgraph: 1

@@ -25,7 +25,7 @@ from typing import Any, get_args, get_type_hints
 from graph.base.forms import Form
 from graph.base.limits import LIMITS
 from graph.cli import completion
-from graph.cli.commands import COMMANDS
+from graph.cli.commands import every, find
 from graph.cli.extreme_cases import outcomes
 from graph.files.file_forms import GraphFile
 from graph.files.prim_schema import PRIM
@@ -71,7 +71,7 @@ def table(headings: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
 
 def commands() -> str:
     """Every command with its line, as `graph --help` prints them."""
-    return table(("command", "what it does"), ((f"`graph {name}`", one.help) for name, one in COMMANDS.items()))
+    return table(("command", "what it does"), ((f"`graph {name}`", one.help) for name, one in every().items()))
 
 
 @functools.cache
@@ -227,7 +227,7 @@ def _options(name: str, before: str) -> str:
 def blocks(measure: bool = False, slow: bool = False) -> Iterator[Block]:
     """Every generated part."""
     yield Block("commands", "commands", lambda _: commands())
-    for name in COMMANDS:
+    for name in every():
         yield Block("commands", f"options of {name}", functools.partial(_options, name))
     yield Block("commands", "options of several commands", lambda _: shared_options())
     yield Block("graph-files", "keys", lambda _: keys())
@@ -250,7 +250,8 @@ def words(line: str) -> list[str]:
 def refused(line: str) -> str:
     """What is wrong with a line that calls the command: an option or argument that it does not have; "" if nothing."""
     said, given = io.StringIO(), [word for word in words(line) if not word.startswith("--/")]
-    if given and given[0] in COMMANDS and COMMANDS[given[0]].script:  # what follows the script is its own
+    command = find(given[0]) if given else None
+    if command and command.script:  # what follows the script is its own
         given = given[: next((place for place, word in enumerate(given) if word.endswith(".py")), len(given)) + 1]
     with contextlib.redirect_stderr(said), contextlib.suppress(SystemExit):
         completion.command_line().parse_args(given)

@@ -71,6 +71,7 @@ def prim(type_name):
 
 NEEDS = {
     "acoustic": prim("OmniAcoustic"),
+    "campaign": ("", ["sweep", "file.yaml", "--out", "o"], "graph: the command sweep cannot be used: it comes", ""),
     "device": (
         "",
         ["run", "graphs/quickstart.yaml", "--device", "cuda"],

@@ -8,7 +8,7 @@ import sys
 import pytest
 from rich.console import Console
 
-from graph.cli.commands import COMMANDS
+from graph.cli.commands import every
 from graph.cli.main import main
 from graph.cli.rendering import column_widths, rendered
 from graph.manual import ORDER, page
@@ -38,7 +38,7 @@ def test_marks_of_generated_parts_are_not_printed(capsys):
     assert "| `lidar.bins` | 10,000 spans |" in out
 
 
-@pytest.mark.parametrize("name", [name for name in COMMANDS if name not in ORDER])
+@pytest.mark.parametrize("name", [name for name in every() if name not in ORDER])
 def test_a_command_that_is_no_topic_prints_its_section(capsys, name):
     assert main(["help", name]) == 0
     out = capsys.readouterr().out
@@ -101,7 +101,7 @@ def test_help_and_new_load_nothing_heavy(tmp_path, words):
     assert done.stdout.splitlines()[-1] == "set()"
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("name", every())
 def test_the_options_of_a_command_name_its_page(capsys, name):
     assert main([name, "--help"]) == 0
     assert " ".join(capsys.readouterr().out.split()).endswith(f"The manual: graph help {name}")

@@ -5,7 +5,7 @@ import pytest
 
 from graph.base.errors import Mark, Problem, RunError, UserError
 from graph.cli import main as cli
-from graph.cli.commands import COMMANDS
+from graph.cli.commands import every
 
 
 class Stub:
@@ -43,7 +43,7 @@ def command(monkeypatch):
 def test_help_lists_every_command(capsys):
     assert cli.main(["--help"]) == 0
     text = capsys.readouterr().out
-    assert all(f"\n  {name} " in text for name in COMMANDS)
+    assert all(f"\n  {name} " in text for name in every())
 
 
 def test_no_command_prints_the_help(capsys):
@@ -60,7 +60,7 @@ def test_version(capsys):
     ("arguments", "line"),
     [
         (["rnu"], 'graph: there is no command "rnu"; did you mean "run"?'),
-        (["x"], f'graph: there is no command "x"; commands are {", ".join(COMMANDS)}'),
+        (["x"], f'graph: there is no command "x"; commands are {", ".join(every())}'),
         (["--debug"], "graph: no command given; see graph --help"),
         (["--wrong"], "graph: unrecognized arguments: --wrong; see graph --help"),
         (["run", "--wrong"], 'graph run: there is no option "--wrong"; see graph run --help'),

@@ -1,15 +1,14 @@
 import ast
 import json
 import logging
-from pathlib import Path
 
 import pytest
 
-import graph.cli
 from graph.base.shorten import printable
 from graph.cli.main import main
 from graph.cli.printing import say_json
 from graph.cli.safe_log import SafeFormatter
+from tests.support.places import ROOT
 
 TITLE = "\x1b]0;owned\x07"
 """What sets the title of a terminal's window."""
@@ -28,7 +27,7 @@ pages without any part of a file.
 
 def test_nothing_in_the_commands_prints_but_the_one_writer():
     found = {}
-    for file in Path(graph.cli.__file__).parent.glob("*.py"):
+    for file in (*(ROOT / "graph/cli").glob("*.py"), *(ROOT / "wings").rglob("*.py")):
         for call in ast.walk(ast.parse(file.read_text())):
             name = ast.unparse(call.func) if isinstance(call, ast.Call) else ""
             if name == "print" or name.endswith((".print", ".stdout.write", ".stderr.write")):

@@ -10,7 +10,10 @@ import numpy as np
 import pytest
 
 from graph.cli.main import main
+from tests.support.without_wing import needs_wing
 from wings.exports import nuscenes
+
+pytestmark = needs_wing("campaign")
 
 LIDAR = """\
 tickgraph: 1

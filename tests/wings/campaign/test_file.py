@@ -8,10 +8,10 @@ import json
 import pytest
 
 from graph.base.errors import UserError
-from graph.campaign.file import read_campaign
-from graph.campaign.names import is_campaign
-from graph.campaign.points import points_of
 from graph.cli.main import main
+from graph.files.kinds import kind_of
+from wings.campaign.file import read_campaign
+from wings.campaign.points import points_of
 
 GOOD = """\
 campaign: 1
@@ -153,8 +153,8 @@ def test_check_tells_the_number_of_runs_and_checks_the_graph_files(place, capsys
 
 
 def test_a_campaign_file_is_known_by_its_key_and_is_not_run(place, capsys):
-    assert is_campaign(place / "campaign.yaml")
-    assert not is_campaign(place / "clock.yaml")
+    assert kind_of(place / "campaign.yaml") == "campaign"
+    assert kind_of(place / "clock.yaml") is None
     assert main(["run", "campaign.yaml"]) == 2
     assert "this is a campaign file, not a graph file; run it by graph sweep" in capsys.readouterr().err
 

@@ -15,7 +15,7 @@ from typing import Any
 
 from graph.base.errors import RunError
 
-SERVER = "graph.campaign.server"
+SERVER = "wings.campaign.server"
 LOST, AGAIN = "lost", "again"
 """How a run ended whose process was ended from outside; one that is to be started again, as nobody could say."""
 

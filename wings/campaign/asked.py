@@ -4,25 +4,28 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from graph.base.errors import Problem, UserError
+from graph.files import examine
+from graph.files.kinds import kind_of
+from graph.session.varied import read_varied, word_of
 
-if TYPE_CHECKING:
-    from graph.campaign.file import Asked
-    from graph.campaign.specification import Campaign
+from .file import KIND, Asked, read_campaign
+from .measuring import parsed
+from .points import FILE, check_key, check_value, points_of, read_table
+from .specification import Campaign, hashes_of
+from .table import TAKEN, taken
 
 
 def new_campaign(args: argparse.Namespace) -> Campaign:
     """The campaign of a command line. Raises UserError with every mistake, OverLimit for too many runs."""
-    from graph.campaign.points import FILE, points_of
-    from graph.campaign.specification import Campaign, hashes_of
-
     asked = _asked(args)
     points = points_of(asked.files, asked.varied, asked.rows, asked.fixed, asked.seed)
     keys = dict.fromkeys(key for point in points for key in point)
-    varied = [key for key in keys if len({point.get(key) for point in points}) > 1 or key in _varied_names(asked)]
+    named = {one.name for one in asked.varied}
+    varied = [key for key in keys if len({point.get(key) for point in points}) > 1 or key in named]
     common, read = _common(args)
     scenes = [scene for file in asked.files for scene in _scenes(Path(file))]
     hashes = hashes_of([*asked.files, *scenes, *asked.read, *read])
@@ -30,22 +33,9 @@ def new_campaign(args: argparse.Namespace) -> Campaign:
     return Campaign(points, varied, common, dict(asked.metrics), hashes)
 
 
-def _varied_names(asked: Asked) -> set[str]:
-    return {one.name for one in asked.varied}
-
-
 def _asked(args: argparse.Namespace) -> Asked:
     """What the options and the campaign file ask for together. Raises UserError with every mistake."""
-    from dataclasses import replace
-
-    from graph.campaign.file import Asked, read_campaign
-    from graph.campaign.measuring import parsed
-    from graph.campaign.names import is_campaign
-    from graph.campaign.points import FILE, check_key, check_value, read_table
-    from graph.campaign.table import TAKEN, taken
-    from graph.session.varied import read_varied
-
-    of_file = [file for file in args.files if file.is_file() and is_campaign(file)]
+    of_file = [file for file in args.files if file.is_file() and kind_of(file) == KIND]
     if of_file and len(args.files) > 1:
         raise UserError(f"{of_file[0]} is a campaign file, which names its graph files; give it alone")
     asked = (
@@ -106,8 +96,6 @@ def _asked(args: argparse.Namespace) -> Asked:
 
 def _scenes(file: Path) -> Iterator[Path]:
     """The scene's file of a graph file, which decides about results as well."""
-    from graph.files import examine
-
     spec = examine(file).spec
     if spec is not None:
         yield from (one for one in (spec.scene.usd, spec.scene.mjcf) if one is not None and one.is_file())
@@ -115,8 +103,6 @@ def _scenes(file: Path) -> Iterator[Path]:
 
 def _common(args: argparse.Namespace) -> tuple[list[str], list[Path]]:
     """The options of `graph run` that all runs have, and the files that they name."""
-    from graph.session.varied import word_of
-
     found: list[str] = []
     for flag, values in (
         ("set", args.set), ("fidelity", args.fidelity), ("limit", args.limit), ("asset-root", args.asset_root),

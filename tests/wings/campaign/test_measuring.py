@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from graph.campaign.measuring import Run, metrics_of, parsed
+from wings.campaign.measuring import Run, metrics_of, parsed
 
 REPORT = {"updates": 6, "sensors": {"/World/L": {"elements": 30}}, "silent": [], "metrics": {"speed": 2.5}}
 

@@ -6,9 +6,9 @@ import argparse
 import time
 from typing import Any
 
-from . import run
-from .arguments import asset_roots_of, fidelity_of, limits_of, overrides_of
-from .main import split_settings
+from graph.cli import run
+from graph.cli.arguments import asset_roots_of, fidelity_of, limits_of, overrides_of
+from graph.cli.main import split_settings
 
 MOST_UPDATES, MOST_S = 60, 20.0
 """The longest rehearsal: updates, and wall time after the first of them [s]."""

@@ -9,22 +9,21 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from graph.base.errors import Problem, RunError, UserError
 from graph.base.outputs import make_folder
+from graph.cli.arguments import add_allow, add_nodes, add_overrides, add_play, add_skip_outside, check_folder
+from graph.cli.interrupts import between_updates
+from graph.cli.output_folder import locked
+from graph.cli.printing import counted, say, say_json, tell
+from graph.cli.progress import counting
+from graph.cli.run import EXIT_INTERRUPTED
 
-from .arguments import add_allow, add_nodes, add_overrides, add_play, add_skip_outside, check_folder
-from .interrupts import between_updates
-from .printing import counted, say, say_json, tell
-from .progress import counting
-from .run import EXIT_INTERRUPTED
-from .sweep_asked import new_campaign
-
-if TYPE_CHECKING:
-    from graph.campaign.conduct import Executor, Limits, State
-    from graph.campaign.folder import Folder
-    from graph.campaign.specification import Campaign
+from .conduct import OK, Executor, Limits, State, conduct, is_due
+from .folder import Folder
+from .launcher import Launcher
+from .points import FILE, arguments_of
+from .specification import Campaign, difference, hashes_of, load, save, text_of
 
 SOME_FAILED = 1
 MOST_REHEARSED = 4
@@ -87,10 +86,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command; returns its exit code."""
-    from graph.campaign import table
-    from graph.campaign.folder import Folder
-    from graph.campaign.specification import load, save
-
     if args.out is None:
         raise UserError("a campaign needs a folder; give one: --out DIR")
     folder = Folder(args.out)
@@ -109,8 +104,6 @@ def run(args: argparse.Namespace) -> int:
             make_folder(args.out)
         except OSError as error:
             raise UserError(f"--out {args.out}: {error.strerror}; name a folder that can be written") from None
-        from .output_folder import locked
-
         held.enter_context(locked(args.out, "let that campaign end, or name another folder"))
         folder.tidy()
         if earlier is None:
@@ -123,9 +116,7 @@ def run(args: argparse.Namespace) -> int:
             return 0
         state, received = _conduct(args, campaign, folder, limits, held)
         try:
-            files = table.write_tables(campaign, folder)
-            if args.report:
-                files += _draw(campaign, folder)
+            files = _written(campaign, folder, page=args.report)
         except OSError as error:
             raise RunError(f"{args.out}: {error.strerror}; make space and go on with --resume") from error
     return _answer(args, state, files, interrupted=bool(received))
@@ -134,8 +125,6 @@ def run(args: argparse.Namespace) -> int:
 def _conduct(
     args: argparse.Namespace, campaign: Campaign, folder: Folder, limits: Limits, held: ExitStack
 ) -> tuple[State, list[int]]:
-    from graph.campaign.conduct import State, conduct
-
     with between_updates() as received:
         tell_state = held.enter_context(_progress(args, campaign))
         executor = held.enter_context(_executor(args, campaign, limits))
@@ -168,8 +157,6 @@ def _answer(args: argparse.Namespace, state: State, files: list[Path], *, interr
 
 
 def _limits(args: argparse.Namespace) -> Limits:
-    from graph.campaign.conduct import Limits
-
     problems = []
     if args.jobs is not None and args.jobs < 1:
         problems.append(f"--jobs {args.jobs}: give a number of runs, 1 or more")
@@ -205,8 +192,6 @@ def _cores() -> int:
 
 def _campaign(args: argparse.Namespace, earlier: Campaign | None) -> Campaign:
     """The campaign of the command line, or of the folder. Raises UserError if they differ."""
-    from graph.campaign.specification import difference
-
     if earlier is None and args.resume and not args.files and args.points is None:
         raise UserError(f"--resume: there is no campaign in {args.out}")
     if earlier is not None and not args.resume:
@@ -214,6 +199,8 @@ def _campaign(args: argparse.Namespace, earlier: Campaign | None) -> Campaign:
     if earlier is not None and not args.files and args.points is None:
         _check_unchanged(earlier)
         return earlier
+    from .asked import new_campaign
+
     campaign = new_campaign(args)
     if earlier is not None and (changed_by := difference(earlier, campaign)):
         raise UserError(f"--resume: this is not the campaign of {args.out}: {changed_by}; begin another elsewhere")
@@ -222,8 +209,6 @@ def _campaign(args: argparse.Namespace, earlier: Campaign | None) -> Campaign:
 
 def _check_unchanged(campaign: Campaign) -> None:
     """Raises UserError if a file of a campaign is another by now, or is not seen from here."""
-    from graph.campaign.specification import hashes_of
-
     if absent := [file for file in campaign.hashes if not Path(file).is_file()]:
         raise UserError(f"{', '.join(absent)}: no such file; start the command where the campaign began")
     changed = [file for file, known in hashes_of([*campaign.hashes]).items() if campaign.hashes[file] != known]
@@ -236,15 +221,12 @@ def _check_unchanged(campaign: Campaign) -> None:
 
 @contextmanager
 def _executor(args: argparse.Namespace, campaign: Campaign, limits: Limits) -> Iterator[Executor]:
-    from graph.campaign.launcher import Launcher
-    from graph.campaign.points import FILE, arguments_of
-
     firsts = {point[FILE]: point for point in reversed(campaign.points)}
     long = len(campaign.points) > 2 * len(firsts)
     chosen = [*firsts.values()][:MOST_REHEARSED] if long else []
     rehearsed = [arguments_of(point, campaign.common) for point in chosen]
     if args.cluster:
-        from graph.campaign.cluster import UPLOAD, Cluster, Upload, require_distributed
+        from .cluster import UPLOAD, Cluster, Upload, require_distributed
 
         require_distributed()
         upload = None
@@ -261,8 +243,6 @@ def _executor(args: argparse.Namespace, campaign: Campaign, limits: Limits) -> I
 @contextmanager
 def _progress(args: argparse.Namespace, campaign: Campaign) -> Iterator[Callable[[State], None]]:
     """Tells of failed runs as they come, and on a terminal how many runs are done and the time left."""
-    from graph.campaign.conduct import OK
-    from graph.campaign.specification import text_of
 
     def failed(state: State) -> str:
         last = state.last
@@ -298,8 +278,6 @@ def _progress(args: argparse.Namespace, campaign: Campaign) -> Iterator[Callable
 
 def _missing(args: argparse.Namespace, campaign: Campaign, folder: Folder) -> int:
     """Prints the numbers of the runs that are missing, as an array job takes them; with --retries also failed ones."""
-    from graph.campaign.conduct import is_due
-
     limits, numbers = _limits(args), range(len(campaign.points))
     missing = [one for one in numbers if is_due(folder.result(campaign.name_of(one)), limits)]
     spans: list[list[int]] = []
@@ -314,11 +292,6 @@ def _missing(args: argparse.Namespace, campaign: Campaign, folder: Folder) -> in
 
 def _one(args: argparse.Namespace, campaign: Campaign, folder: Folder) -> int:
     """One run of a campaign that others make at the same time: they share its lock, and no table is written."""
-    from graph.campaign.conduct import OK, conduct, is_due
-    from graph.campaign.launcher import Launcher
-
-    from .output_folder import locked
-
     if not 0 <= args.index < len(campaign.points):
         raise UserError(f"--index {args.index}: the campaign has the runs 0 to {len(campaign.points) - 1}")
     limits, name = _limits(args), campaign.name_of(args.index)
@@ -343,17 +316,17 @@ def _report_alone(args: argparse.Namespace, folder: Folder, campaign: Campaign |
         raise UserError("name a graph file or a campaign file: graph sweep FILE --vary KEY=V1,V2,... --out DIR")
     if not args.report:
         raise UserError(f"{args.out} holds a campaign; give --resume to go on with it, or --report to draw its table")
-    from graph.campaign import table
-
     try:
-        files = table.write_tables(campaign, folder) + _draw(campaign, folder)
+        files = _written(campaign, folder, page=True)
     except OSError as error:
         raise RunError(f"{args.out}: {error.strerror}") from error
     say(f"wrote {', '.join(map(str, files))}")
     return 0
 
 
-def _draw(campaign: Campaign, folder: Folder) -> list[Path]:
-    from graph.campaign.page import write_page
+def _written(campaign: Campaign, folder: Folder, *, page: bool) -> list[Path]:
+    """Writes the tables and, if asked, the page; returns the files. Raises OSError."""
+    from .page import write_page
+    from .table import write_tables
 
-    return write_page(campaign, folder)
+    return write_tables(campaign, folder) + (write_page(campaign, folder) if page else [])

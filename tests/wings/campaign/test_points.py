@@ -6,8 +6,8 @@ import pytest
 
 from graph.base.errors import UserError
 from graph.base.limits import OverLimit
-from graph.campaign.points import arguments_of, check_key, check_value, points_of, read_table
 from graph.session.varied import Varied, drawn_at, read_varied
+from wings.campaign.points import arguments_of, check_key, check_value, points_of, read_table
 
 
 @pytest.mark.parametrize(

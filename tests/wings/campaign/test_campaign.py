@@ -12,14 +12,14 @@ import time
 
 import pytest
 
-from graph.campaign.conduct import Limits, conduct
-from graph.campaign.folder import Folder
-from graph.campaign.launcher import Launcher
-from graph.campaign.points import arguments_of
-from graph.campaign.specification import Campaign
-from graph.campaign.table import as_csv, columns_of, rows_of
 from graph.cli.main import main
 from tests.support.places import ROOT
+from wings.campaign.conduct import Limits, conduct
+from wings.campaign.folder import Folder
+from wings.campaign.launcher import Launcher
+from wings.campaign.points import arguments_of
+from wings.campaign.specification import Campaign
+from wings.campaign.table import as_csv, columns_of, rows_of
 
 FOUR = ("--vary", "seed=0..3", "--updates", "3")
 

@@ -1,4 +1,4 @@
-"""The process that forks a process for each run: `python -m graph.campaign.server`.
+"""The process that forks a process for each run: `python -m wings.campaign.server`.
 
 Libraries, compiled loops, parsed scenes and the structures that rays are cast at are loaded here once; each run starts
 as a copy that shares them until it writes. The server has one thread, so that a fork copies no lock of another. It
@@ -17,7 +17,6 @@ import time
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -29,8 +28,6 @@ UNFIT = 3
 LOOK_S = 0.1
 """How often the memory of runs is looked at [s]."""
 
-_COMMAND, _REHEARSAL, _METRICS = "graph.cli.main", "graph.cli.rehearsal", "graph.campaign.measuring"
-"""What a run calls: modules above this one, by name."""
 _PR_SET_PDEATHSIG = 1
 
 
@@ -183,9 +180,13 @@ def _run(order: Mapping[str, Any]) -> int:
     log = created(folder / LOG)
     for stream in (1, 2):
         os.dup2(log.fileno(), stream)
-    code = int(import_module(_COMMAND).main([*order["arguments"], "--out", str(folder)]))
+    from graph.cli.main import main
+
+    code = main([*order["arguments"], "--out", str(folder)])
     if order.get("metrics") and code in (0, 1):
-        import_module(_METRICS).measure(folder, order["metrics"])
+        from .measuring import measure
+
+        measure(folder, order["metrics"])
     for text in (sys.stdout, sys.stderr):
         text.flush()
     return code
@@ -211,7 +212,9 @@ def _rehearsed(arguments: list[str], *, play: bool) -> bool:
     try:
         if cores:
             os.sched_setaffinity(0, {min(cores)})
-        import_module(_REHEARSAL).rehearse(arguments, play=play and bool(cores))
+        from .rehearsal import rehearse
+
+        rehearse(arguments, play=play and bool(cores))
         good = True
     except BaseException:
         good = False

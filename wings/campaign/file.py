@@ -22,6 +22,8 @@ from .measuring import parsed
 from .points import FILE, JOIN, check_key, check_value, read_table
 from .table import TAKEN, taken
 
+KIND = "campaign"
+"""The kind of these files, and their first key."""
 VERSION = 1
 
 
@@ -89,12 +91,6 @@ class Asked:
     seed: int = 0
     read: tuple[Path, ...] = ()
     """Other files that decide about the points."""
-
-
-def campaign_schema() -> dict[str, Any]:
-    """The JSON Schema (draft 2020-12) of campaign files, for editors."""
-    about = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "TickGraph campaign file"}
-    return {**about, **CampaignFile.schema()}
 
 
 def read_campaign(path: Path, allow: Sequence[Path] = ()) -> Asked:

@@ -78,6 +78,6 @@ def wait_for(out, number, campaign):
 
 
 def test_without_a_scheduler_the_campaign_ends_in_one_line(files, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("graph.campaign.cluster.CONNECT_S", 0.2)
+    monkeypatch.setattr("wings.campaign.cluster.CONNECT_S", 0.2)
     assert main([*command(files, tmp_path / "c"), "--cluster", "tcp://127.0.0.1:9"]) == 1
     assert "no scheduler answers" in capsys.readouterr().err.strip().splitlines()[-1]
