@@ -8,8 +8,6 @@ from graph.base.errors import UserError
 from graph.base.plugins import FILES, names, required
 from graph.base.records import dataclass
 
-from .source import read
-
 GRAPH = "tickgraph"
 """The key of a graph file."""
 
@@ -32,6 +30,8 @@ class FileKind:
 
 def kind_of(path: Path) -> str | None:
     """The kind of a YAML file; None for a graph file, another format, or a file that cannot be read."""
+    from .source import read  # the start of the command does without it
+
     if path.suffix.lower() not in (".yaml", ".yml"):
         return None
     try:

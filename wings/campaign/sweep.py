@@ -14,7 +14,6 @@ from graph.base.errors import Problem, RunError, UserError
 from graph.base.outputs import make_folder
 from graph.cli.arguments import add_allow, add_nodes, add_overrides, add_play, add_skip_outside, check_folder
 from graph.cli.interrupts import between_updates
-from graph.cli.output_folder import locked
 from graph.cli.printing import counted, say, say_json, tell
 from graph.cli.progress import counting
 from graph.cli.run import EXIT_INTERRUPTED
@@ -104,6 +103,8 @@ def run(args: argparse.Namespace) -> int:
             make_folder(args.out)
         except OSError as error:
             raise UserError(f"--out {args.out}: {error.strerror}; name a folder that can be written") from None
+        from graph.cli.output_folder import locked
+
         held.enter_context(locked(args.out, "let that campaign end, or name another folder"))
         folder.tidy()
         if earlier is None:
@@ -296,6 +297,8 @@ def _one(args: argparse.Namespace, campaign: Campaign, folder: Folder) -> int:
         raise UserError(f"--index {args.index}: the campaign has the runs 0 to {len(campaign.points) - 1}")
     limits, name = _limits(args), campaign.name_of(args.index)
     if is_due(folder.result(name), limits):
+        from graph.cli.output_folder import locked
+
         _check_unchanged(campaign)
         wait = "let that campaign end"
         with locked(args.out, wait, shared=True), between_updates() as received, Launcher() as launcher:
