@@ -29,32 +29,45 @@ GONE: Mapping[str, str] = {
     "omni.isaac.franka": "isaacsim.robot.manipulators.examples.franka",
     "omni.isaac.urdf": "isaacsim.asset.importer.urdf",
     "omni.isaac.mjcf": "isaacsim.asset.importer.mjcf",
+    "omni.isaac.IsaacSensorSchema": "",
+    "omni.isaac.RangeSensorSchema": "",
     "omni.isaac": "the isaacsim module of its name",
     "omni.graph.action_nodes": "omni.graph.action",
 }
-"""Former modules and extensions that 6.0 does not have; the longest name that matches counts."""
+"""Former modules and extensions that 6.0 does not have; the longest name that matches counts, "" is still there."""
 
 COMPLETE: Mapping[str, str] = {
-    "isaacsim.core": "api cloner deprecation_manager experimental includes nodes prims rendering_manager "
-    "simulation_manager throttling utils version",
-    "isaacsim.core.utils": "articulations bounds carb collisions commands constants distance_metrics extensions "
-    "interops math mesh numpy physics prims random render_product rotations semantics space_filling stage string torch "
-    "transformations types viewports warp xforms",
+    "isaacsim.core": "api cloner deprecation_manager experimental nodes prims rendering_manager simulation_manager "
+    "throttling utils version",
+    "isaacsim.core.experimental": "actuators materials objects prims utils",
+    "isaacsim.core.experimental.utils": "app backend bounds foundation impl ops prim semantics stage tests transform "
+    "xform",
+    "isaacsim.core.utils": "articulations bindings bounds camera_utils carb collisions commands constants "
+    "deformable_mesh_utils distance_metrics extensions fabric interops math mesh numpy physics prims random "
+    "render_product rotations semantics stage string tests torch transformations types viewports warp xforms",
+    "isaacsim.sensors": "camera experimental physics physx rtx",
+    "isaacsim.sensors.experimental": "physics rtx",
 }
-"""Packages of which every module is known: what else is imported from them does not exist. Others are not judged."""
+"""Packages of which every module is known, from the wheels of 6.0.1: what else is imported from them does not exist.
+Other packages are not judged."""
 
 DEPRECATED: Mapping[str, str] = {
     "isaacsim.core.api.objects": "isaacsim.core.experimental.objects",
     "isaacsim.core.api": "isaacsim.core.experimental, isaacsim.core.simulation_manager and .rendering_manager",
     "isaacsim.core.prims": "isaacsim.core.experimental.prims",
     "isaacsim.core.utils": "isaacsim.core.experimental.utils",
+    "isaacsim.replicator.domain_randomization": "isaacsim.replicator.experimental.domain_randomization",
+    "isaacsim.robot.wheeled_robots": "isaacsim.robot.experimental.wheeled_robots",
     "isaacsim.sensors.rtx": "isaacsim.sensors.experimental.rtx",
     "isaacsim.sensors.camera": "isaacsim.sensors.experimental.rtx",
     "isaacsim.sensors.physics": "isaacsim.sensors.experimental.physics",
+    "isaacsim.util.merge_mesh": "the Scene Optimizer",
 }
 """Modules that 6.0 deprecates; those of nodes (`isaacsim.sensors.rtx.nodes`) are not among them."""
 
 STILL_THERE = (
+    "isaacsim.robot.wheeled_robots.nodes",
+    "isaacsim.robot.wheeled_robots.ui",
     "isaacsim.sensors.rtx.nodes",
     "isaacsim.sensors.physics.nodes",
     "isaacsim.sensors.rtx.generic_model_output",

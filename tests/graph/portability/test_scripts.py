@@ -112,6 +112,31 @@ def test_a_script_without_faults_gives_none(tmp_path, capsys):
     assert (code, file["warnings"], file["findings"]) == (0, [], 0)
 
 
+@pytest.mark.parametrize(
+    "module",
+    [
+        "omni.isaac.RangeSensorSchema",
+        "omni.isaac.IsaacSensorSchema",
+        "isaacsim.core.utils.fabric",
+        "isaacsim.core.experimental.utils.stage",
+        "isaacsim.robot.wheeled_robots.nodes",
+    ],
+)
+def test_a_module_that_the_product_has_gives_none(tmp_path, capsys, module):
+    _, file = findings(tmp_path, capsys, f"import {module}\n")
+    codes = {one["code"] for one in file["warnings"]}
+    assert not codes & {"import-renamed", "module-unknown"}
+    assert ("module-deprecated" in codes) == module.startswith("isaacsim.core.utils")
+
+
+@pytest.mark.parametrize(
+    "module", ["isaacsim.core.utils.nosuch", "isaacsim.core.experimental.robots", "isaacsim.sensors.lidar"]
+)
+def test_a_module_that_no_package_has_is_told(tmp_path, capsys, module):
+    _, file = findings(tmp_path, capsys, f"import isaacsim.{module}\n")
+    assert "module-unknown" in {one["code"] for one in file["warnings"]}
+
+
 def test_findings_come_in_the_order_of_the_lines(tmp_path, capsys):
     _, file = findings(tmp_path, capsys, PLANTED["asyncio-run"] + PLANTED["import-renamed"])
     assert [(one["code"], one["line"], one["column"]) for one in file["warnings"]] == [
