@@ -50,9 +50,9 @@ def polled_sensor(scene: WorldView, prim_path: str, prim_type: str) -> PolledSen
 
     Raises UserError for a prim of another type, or an invalid sensor prim.
     """
-    shared: dict[str, PolledSensor] = scene.rendering.polled
-    if "polled" not in scene.shared:
-        scene.shared["polled"] = shared
+    shared: dict[str, PolledSensor] | None = scene.rendering.polled
+    if shared is None:
+        shared = scene.rendering.polled = {}
         _follow(scene, shared)
     found = shared.get(prim_path)
     if found is None:

@@ -16,7 +16,7 @@ SPEAKERS = re.compile(
 )
 """The names of what takes a message, called as a function or as a method."""
 
-PRINTERS = ("graph/cli", "graph/files/writing.py", "graph/sim/messages/quality.py", "nodes/catalog/example.py")
+PRINTERS = ("graph/cli", "graph/files/writing.py", "graph/sim/messages/message.py", "nodes/catalog/example.py")
 """What yields or returns lines of output, not messages."""
 
 DECLARERS = {"Attribute", "Knob", "Limit", "Difference", "Field", "Command"}

@@ -182,8 +182,7 @@ def check(
     findings: list[Finding] = []
     if target is not None and parts.spec is not None and parts.stage is not None:
         from graph.portability.report import file_findings
-        from graph.sim.settings import Settings
-        from graph.sim.timing.parity import apply_profile
+        from graph.sim.settings import Settings, apply_profile
 
         held = Settings({**parts.spec.settings, **(settings or {})})
         apply_profile(held, parts.spec.clock.parity)
@@ -191,8 +190,8 @@ def check(
     if parts.stage is not None and not problems:
         from graph.session.graph_links import Links
         from graph.session.link_checks import unread_products
-        from graph.sim.damage import reading
         from graph.sim.physics.read_world import survey
+        from graph.sim.scene.diagnostics import reading
 
         notes += tuple(unread_products(Links(parts.graphs)))
         try:

@@ -142,7 +142,7 @@ class _Reporting:
         """The App of the script."""
         from graph.session.runner import GraphRunner
         from graph.sim import App
-        from graph.sim.timing.wall_clock import RealClock
+        from graph.sim.timing.run_loop import RealClock
 
         args = self._args
         scene = options.pop("stage", None)

@@ -132,7 +132,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             _complain([f"graph: {error}: its links lead to themselves; name a file or folder that is there"])
             return WRONG_INPUT
         if type(error).__module__ == "pxr.Tf":  # of a damaged scene, in an unexpected place
-            from graph.sim.damage import reason_of
+            from graph.sim.scene.diagnostics import reason_of
 
             _complain([f"graph: USD cannot make sense of the scene: {reason_of(error)}; repair its files"])
             return FAILED

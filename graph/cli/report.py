@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from graph.base.errors import RunError
 from graph.base.exact import shortest
 from graph.base.outputs import write
-from graph.sim.timing.wall_clock import RealClock
+from graph.sim.timing.run_loop import RealClock
 
 from .printing import counted, safe_line
 from .silent_outputs import silent_parts, wired_sensors

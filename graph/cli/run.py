@@ -343,7 +343,7 @@ def _trace(session: Session, path: Path, cleanup: ExitStack) -> None:
 
 
 def _advance(app: App, updates: int, *, show_progress: bool) -> None:
-    from graph.sim.damage import reading
+    from graph.sim.scene.diagnostics import reading
     from graph.sim.scene.stage import scene_name
 
     damage = reading(scene_name(app.stage), RunError)

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from graph.base.exact import NANOSECONDS, rate
-from graph.sim.messages.cadence import EVERY, RATE, SENSOR
+from graph.sim.messages.message import EVERY, RATE, SENSOR
 
 from .sources import WALL_CLOCK_NS
 

@@ -114,7 +114,7 @@ def build_parts(
         warnings.append((code, where, message))
 
     if spec is not None:
-        from graph.sim.damage import reading
+        from graph.sim.scene.diagnostics import reading
 
         scene = str(spec.scene.usd or spec.path)
         if spec.randomize:
@@ -215,8 +215,8 @@ def start(
     """The App over parts without problems, with their graphs bound to it; options as in `open_session`."""
     from graph.evaluate.script_permission import script_problems
     from graph.sim import App
-    from graph.sim.damage import reading
-    from graph.sim.timing.wall_clock import RealClock
+    from graph.sim.scene.diagnostics import reading
+    from graph.sim.timing.run_loop import RealClock
 
     from .runner import GraphRunner
 

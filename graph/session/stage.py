@@ -294,8 +294,7 @@ def type_problems(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> 
 
 
 def _settings(spec: FileSpec) -> Settings:
-    from graph.sim.settings import Settings
-    from graph.sim.timing.parity import apply_profile
+    from graph.sim.settings import Settings, apply_profile
 
     try:
         settings = Settings(spec.settings)

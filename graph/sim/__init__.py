@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from graph.isaac.managers.simulation_events import IsaacEvents as IsaacEvents
     from graph.isaac.managers.simulation_events import SimulationEvent as SimulationEvent
     from graph.recording.mcap_sink import McapSink as McapSink
+    from graph.sim.timing.run_loop import RealClock as RealClock
+    from graph.sim.timing.run_loop import VirtualClock as VirtualClock
 
     from .fidelity import Fidelity as Fidelity
     from .messages.bus import CountingSink as CountingSink
@@ -32,8 +34,6 @@ if TYPE_CHECKING:
     from .renderer.schedule import TickSchedule as TickSchedule
     from .scene.stage import register_schemas as register_schemas
     from .settings import Settings as Settings
-    from .timing.wall_clock import RealClock as RealClock
-    from .timing.wall_clock import VirtualClock as VirtualClock
     from .worlds import Worlds as Worlds
 
 _HOME = {
@@ -48,7 +48,7 @@ _HOME = {
     "PhysicsScene": ".isaac.managers.physics_scene",
     "PhysxGpuCfg": ".isaac.managers.physx_scene",
     "PhysxScene": ".isaac.managers.physx_scene",
-    "RealClock": "timing.wall_clock",
+    "RealClock": "timing.run_loop",
     "RenderProduct": "renderer.products",
     "RenderingEvent": ".isaac.managers.rendering",
     "RenderingManager": ".isaac.managers.current",
@@ -57,36 +57,11 @@ _HOME = {
     "SimulationManager": ".isaac.managers.current",
     "Tick": "renderer.schedule",
     "TickSchedule": "renderer.schedule",
-    "VirtualClock": "timing.wall_clock",
+    "VirtualClock": "timing.run_loop",
     "Worlds": "worlds",
     "app_utils": ".isaac.managers.app_utils",
     "register_schemas": "scene.stage",
 }
-__all__ = [
-    "App",
-    "CountingSink",
-    "Fidelity",
-    "IsaacEvents",
-    "McapSink",
-    "MemorySink",
-    "MessageBus",
-    "NewtonMjcScene",
-    "PhysicsScene",
-    "PhysxGpuCfg",
-    "PhysxScene",
-    "RealClock",
-    "RenderProduct",
-    "RenderingEvent",
-    "RenderingManager",
-    "Settings",
-    "SimulationEvent",
-    "SimulationManager",
-    "Tick",
-    "TickSchedule",
-    "VirtualClock",
-    "Worlds",
-    "app_utils",
-    "register_schemas",
-]
+__all__ = list(_HOME)
 
 __getattr__, __dir__ = lazy_names(__name__, _HOME)

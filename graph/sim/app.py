@@ -14,26 +14,25 @@ from graph.base import exact
 from graph.base.asset_roots import mapped
 from graph.base.errors import RunError
 from graph.base.suggesting import Suggesting
+from graph.sim.live.editing import Reset, reset
+from graph.sim.timing.run_loop import VirtualClock, WallClock
 
 from . import entered
 from . import settings as keys
 from .delegation import delegate
-from .driver import Driver, StepCallback
+from .driver import Driver
 from .fidelity import Fidelity
-from .live.reset import Reset, reset
 from .messages.bus import MessageBus
 from .options import clock_rates, experience_settings, refuse_unavailable
 from .phases import Callback, Phases, Unsubscribe
 from .physics import MUJOCO
 from .renderer.scheduler import SensorScheduler
-from .settings import Settings
+from .settings import Settings, apply_profile
 from .simulation import Simulation
 from .state.playing_world import WhenPlaying, checked_choice
 from .timing.clocks import PhysicsClock
-from .timing.parity import apply_profile
 from .timing.run_loop import RunLoop
-from .timing.timeline import DEFAULT_END_TIME_CODE, Timeline
-from .timing.wall_clock import VirtualClock, WallClock
+from .timing.timeline import Timeline
 from .warnings import WarningList
 from .world import World, open_world
 
@@ -216,7 +215,7 @@ class App(Suggesting):
         return app
 
     def __repr__(self) -> str:
-        state = "closed" if self.driver.updates.closed else "playing" if self.timeline.is_playing() else "not playing"
+        state = "closed" if self.driver.closed else "playing" if self.timeline.is_playing() else "not playing"
         physics = exact.shortest(self.simulation.steps_per_second)
         return (
             f"<App {state} at {float(self.timeline.current_time):.3f} s: loop {exact.shortest(self.loop_rate)} Hz, "
@@ -308,30 +307,7 @@ class App(Suggesting):
         """Starts again while playing: the clocks, the bodies, without added prims, or everything; see `Reset`."""
         reset(self.world, self.driver, scope)
 
-    def take_stage(self, stage: Any = None) -> None:
-        """Replaces the stage by another (a path, a `Usd.Stage`, None: an empty one).
-
-        The timeline stops first; render products, graphs and bodies end with their stage. Timeline, settings, message
-        bus, callbacks and the count of updates go on. The physics rate is the one that the stage authors, else 60 Hz.
-        Raises RunError inside an update, and UserError for a file that cannot be opened; then nothing has changed.
-        """
-        from .options import DEFAULT_RATE
-        from .scene.stage import open_stage, time_range
-
-        self.check_drivable()
-        if stage is None or isinstance(stage, (str, Path)):
-            stage = open_stage(stage, None, self.warn)
-        self.stop()
-        self.phases["stage_closing"]()
-        self.world.take_stage(stage)
-        self.rendering.take_stage(stage)
-        self.simulation.take_stage(DEFAULT_RATE)
-        start, end = time_range(stage, self.warn) or (
-            Fraction(0),
-            DEFAULT_END_TIME_CODE / self.timeline.time_codes_per_second,
-        )
-        self.timeline.set_range(start, end)
-        self.phases["stage_opened"]()
+    take_stage = delegate("driver", Driver.take_stage)
 
     # -- clocks and figures ------------------------------------------------------------------------------------------
 
@@ -362,12 +338,12 @@ class App(Suggesting):
     @property
     def timing(self) -> dict[str, float]:
         """Real time spent so far [s] in physics, render, graph and io."""
-        return self.driver.updates.timing
+        return self.driver.timing
 
     @property
     def update_index(self) -> int:
         """Index of the running update; between updates, the number of updates done."""
-        return self.driver.updates.update_index
+        return self.driver.update_index
 
     @property
     def updating(self) -> bool:
@@ -377,11 +353,11 @@ class App(Suggesting):
     @property
     def exit_requested(self) -> bool:
         """Whether the end of the run was requested (by a node ExitApplication); no update follows."""
-        return self.driver.updates.exit_requested
+        return self.driver.exit_requested
 
     @exit_requested.setter
     def exit_requested(self, requested: bool) -> None:
-        self.driver.updates.exit_requested = requested
+        self.driver.exit_requested = requested
 
     # -- driving -----------------------------------------------------------------------------------------------------
 
@@ -397,29 +373,12 @@ class App(Suggesting):
     stop = delegate("driver", Driver.stop)
     check_drivable = delegate("driver", Driver.check_drivable)
 
-    def update(self, steps: int = 1) -> None:
-        """Runs `steps` app updates, each through all phases; fewer if the end of the run is requested."""
-        self.driver.updates.update(steps)
-
+    update = delegate("driver", Driver.update)
     update_app = delegate("driver", Driver.update_app)
 
-    async def next_update_async(self) -> float:
-        """Waits for the next update and triggers it; returns its loop dt [s].
-
-        All waiting coroutines share one update.
-        """
-        return await self.driver.next_update_async()
-
-    async def update_app_async(self, *, steps: int = 1, callback: StepCallback | None = None) -> None:
-        """Awaits `steps` app updates and calls `callback(i, steps)` after each; False ends them."""
-        await self.driver.update_app_async(steps=steps, callback=callback)
-
-    async def next_render_simulation_async(
-        self, render_product_paths: str | Iterable[str], num_simulation_frames: int = 1
-    ) -> None:
-        """Awaits more frames of render products (deprecated); see `Driver.next_render_simulation_async`."""
-        await self.driver.next_render_simulation_async(render_product_paths, num_simulation_frames)
-
+    next_update_async = delegate("driver", Driver.next_update_async)
+    update_app_async = delegate("driver", Driver.update_app_async)
+    next_render_simulation_async = delegate("driver", Driver.next_render_simulation_async)
     deliver_frames = delegate("driver", Driver.deliver_frames)
 
     # -- the end -----------------------------------------------------------------------------------------------------
@@ -443,7 +402,7 @@ class App(Suggesting):
         Each step also runs if one before it failed. References between the parts are removed too, so that a closed App
         is freed with its last reference; its clocks, products and warnings can still be read.
         """
-        if self.driver.updates.closed:
+        if self.driver.closed:
             return
         self.driver.close()
         failure: BaseException | None = None

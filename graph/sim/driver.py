@@ -4,23 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from graph.base import exact
 from graph.base.callables import check_callable
 from graph.base.errors import RunError, UserError
+from graph.sim.timing.run_loop import Speed, follow_timeline
 
-from .async_updates import AsyncUpdates
 from .messages.bus import MessageBus
 from .phases import Phases
 from .settings import Settings
 from .timing.run_loop import RunLoop
-from .timing.speed import Speed, follow_timeline
-from .timing.timeline import Timeline
+from .timing.timeline import DEFAULT_END_TIME_CODE, Timeline
 from .update_loop import UpdateLoop
 from .world import World
 
 if TYPE_CHECKING:
+    import asyncio
+
     from .renderer.scheduler import SensorScheduler
     from .simulation import Simulation
 
@@ -28,10 +30,18 @@ StepCallback = Callable[[int, int], object]
 """Called after step i = 1, 2, ... of n as (i, n); False ends the steps."""
 
 
-class Driver:
+_LAST = 1 << 30
+"""Order among the subscribers of a phase: after all others."""
+
+
+class Driver(UpdateLoop):
     """Drives the parts of one App. Every way of running n updates gives the same n updates.
 
     `switches_mode`: manual mode is on while the timeline plays and off otherwise (the experience `full`).
+
+    Awaited updates have no background loop. The first coroutine that waits puts an update at the end of asyncio's
+    queue; those that wait before it runs share it, and all resume after it in the order in which they came. So an App
+    that is driven this way does the same in every run, as long as its coroutines wait for nothing else.
     """
 
     def __init__(
@@ -47,12 +57,12 @@ class Driver:
         *,
         switches_mode: bool,
     ) -> None:
-        self.timeline, self.run_loop, self.settings, self.warn = timeline, run_loop, settings, world.warn
-        self.updates = UpdateLoop(world, simulation, rendering, timeline, run_loop, bus, phases)
-        self.rendering = rendering
-        self._world, self._simulation, self._bus = world, simulation, bus
+        super().__init__(world, simulation, rendering, timeline, run_loop, bus, phases)
+        self.timeline, self.settings, self.warn, self.rendering = timeline, settings, world.warn, rendering
         self._clock = simulation.clock
-        self._async_updates = AsyncUpdates(self.updates)
+        self._waiting: list[asyncio.Future[float]] = []
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._scheduled = self._listening = False
         self._speed = Speed(run_loop.wall_clock.now)
         follow_timeline(self._speed, self._clock, run_loop, settings, phases, switches_mode=switches_mode)
 
@@ -115,45 +125,69 @@ class Driver:
     @property
     def updating(self) -> bool:
         """Whether an update runs."""
-        return self.updates.phases.running
-
-    def check_drivable(self) -> None:
-        """Raises RunError if no update can run: inside an update, or after `close`."""
-        self.updates.check_drivable()
-
-    def update(self, steps: int = 1) -> None:
-        """Runs `steps` app updates, each through all phases; fewer if the end of the run is requested."""
-        self.updates.update(steps)
-
-    def deliver_frames(self) -> None:
-        """Delivers rendered frames now that would arrive only with the next update (profile `isaacsim-6.0.1`)."""
-        self.updates.deliver_frames()
+        return self.phases.running
 
     def update_app(self, *, steps: int = 1, callback: StepCallback | None = None) -> None:
         """Runs `steps` app updates and calls `callback(i, steps)` after each; False ends them."""
-        steps = exact.count(steps, "steps", least=0)
-        if callback is not None:
-            check_callable(callback, "update_app(callback=...)")
+        steps = _checked(steps, callback)
         for done in range(1, steps + 1):
             self.update()
-            if (callback is not None and callback(done, steps) is False) or self.updates.exit_requested:
+            if self._ends(done, steps, callback):
                 return
 
-    async def next_update_async(self) -> float:
-        """Waits for the next update and triggers it; returns its loop dt [s].
+    def _ends(self, done: int, steps: int, callback: StepCallback | None) -> bool:
+        """Calls the callback after a step, and says whether no other one follows."""
+        return (callback is not None and callback(done, steps) is False) or self.exit_requested
 
-        All waiting coroutines share one update.
+    async def next_update_async(self) -> float:
+        """Waits for the next update, called from anywhere, and triggers it; returns its loop dt [s].
+
+        All waiting coroutines share one update. Raises what that update raised.
         """
-        return await self._async_updates.next()
+        import asyncio  # a coroutine that waits has imported it; other Apps and checks need not
+
+        loop = asyncio.get_running_loop()
+        if not self._listening:
+            self._listening = True
+            self.phases.on("end", self._updated, _LAST)
+        if loop is not self._loop:  # an ended loop never runs what was scheduled on it
+            self._loop, self._scheduled, self._waiting = loop, False, []
+        future: asyncio.Future[float] = loop.create_future()
+        self._waiting.append(future)
+        if not self._scheduled:
+            self._scheduled = True
+            loop.call_soon(self._drive)
+        return await future
+
+    def _drive(self) -> None:
+        self._scheduled = False
+        if all(future.done() for future in self._waiting):  # an update ran meanwhile, or they were cancelled
+            self._waiting.clear()
+            return
+        try:
+            self.update()
+        except BaseException as error:
+            failure = error
+            self._resume(lambda future: future.set_exception(failure))
+            if not isinstance(error, Exception):
+                raise
+
+    def _updated(self) -> None:
+        dt = float(self.run_loop.dt)
+        self._resume(lambda future: future.set_result(dt))
+
+    def _resume(self, settle: Callable[[asyncio.Future[float]], None]) -> None:
+        waiting, self._waiting = self._waiting, []
+        for future in waiting:
+            if not future.done():
+                settle(future)
 
     async def update_app_async(self, *, steps: int = 1, callback: StepCallback | None = None) -> None:
         """Awaits `steps` app updates and calls `callback(i, steps)` after each; False ends them."""
-        steps = exact.count(steps, "steps", least=0)
-        if callback is not None:
-            check_callable(callback, "update_app(callback=...)")
+        steps = _checked(steps, callback)
         for done in range(1, steps + 1):
             await self.next_update_async()
-            if (callback is not None and callback(done, steps) is False) or self.updates.exit_requested:
+            if self._ends(done, steps, callback):
                 return
 
     async def next_render_simulation_async(
@@ -185,6 +219,39 @@ class Driver:
             raise RunError(f"render product {path}: no frame comes while the timeline does not play; call app.play()")
         return product.frames
 
+    def take_stage(self, stage: Any = None) -> None:
+        """Replaces the stage by another (a path, a `Usd.Stage`, None: an empty one).
+
+        The timeline stops first; render products, graphs and bodies end with their stage. Timeline, settings, message
+        bus, callbacks and the count of updates go on. The physics rate is the one that the stage authors, else 60 Hz.
+        Raises RunError inside an update, and UserError for a file that cannot be opened; then nothing has changed.
+        """
+        from .options import DEFAULT_RATE
+        from .scene.stage import open_stage, time_range
+
+        self.check_drivable()
+        if stage is None or isinstance(stage, (str, Path)):
+            stage = open_stage(stage, None, self.warn)
+        self.stop()
+        self.phases["stage_closing"]()
+        self._world.take_stage(stage)
+        self.rendering.take_stage(stage)
+        self._simulation.take_stage(DEFAULT_RATE)
+        start, end = time_range(stage, self.warn) or (
+            Fraction(0),
+            DEFAULT_END_TIME_CODE / self.timeline.time_codes_per_second,
+        )
+        self.timeline.set_range(start, end)
+        self.phases["stage_opened"]()
+
     def close(self) -> None:
         """Refuses all further updates."""
-        self.updates.closed = True
+        self.closed = True
+
+
+def _checked(steps: int, callback: StepCallback | None) -> int:
+    """A number of steps. Raises for a wrong one, and for a callback that cannot be called."""
+    steps = exact.count(steps, "steps", least=0)
+    if callback is not None:
+        check_callable(callback, "update_app(callback=...)")
+    return steps

@@ -1,4 +1,4 @@
-"""Fidelity knobs: every approximation by name, with its values, default, cost, error, reason and reader.
+"""Fidelity knobs: every approximation by name, with its values, default, cost, error and reason.
 
 The one table of all fidelity knobs (those of physics stand in `physics_knobs`). A knob is a field of `Fidelity`:
 `lidar.motion` in files and on the command line is the field `lidar_motion`. Its values follow from the field's type.
@@ -19,9 +19,6 @@ from graph.base.suggest import did_you_mean
 from .knob import Knob
 from .physics_knobs import PhysicsKnobs
 
-_LIDAR = "sensors.lidar.runtime"
-_RADAR = "sensors.radar.runtime"
-
 
 @dataclass(frozen=True, slots=True)
 class Fidelity(PhysicsKnobs):
@@ -41,7 +38,6 @@ class Fidelity(PhysicsKnobs):
             "continuous: see lidar.bins",
             why="the cheapest; a scan shows the instant that its header names",
             finer="continuous",
-            read_by=_LIDAR,
         ),
     ] = "frozen"
     lidar_bins: Annotated[
@@ -52,7 +48,6 @@ class Fidelity(PhysicsKnobs):
             error="(v + w r) T / (2 bins) for a body of speed v, angular speed w and radius r, and a turn of length T",
             why="0.06 m for a body of 10 m/s and a turn of 0.1 s",
             finer="higher",
-            read_by="sensors.lidar.bins",
             limit="lidar.bins",
         ),
     ] = 8
@@ -63,7 +58,6 @@ class Fidelity(PhysicsKnobs):
             cost="on: some random numbers a beam",
             error="off: exact ranges",
             why="as documented: exact ranges and angles",
-            read_by="sensors.lidar.scans",
         ),
     ] = False
     lidar_subrays: Annotated[
@@ -74,7 +68,6 @@ class Fidelity(PhysicsKnobs):
             error="1: a beam sees one surface only",
             why="the cheapest; several returns need more",
             finer="higher",
-            read_by=_LIDAR,
             limit="lidar.rays",
         ),
     ] = 1
@@ -89,7 +82,6 @@ class Fidelity(PhysicsKnobs):
             "(`graph help radar`); below about one a degree next to nothing is found",
             why="as dense as the radar's own attribute says",
             finer="higher",
-            read_by=_RADAR,
             limit="radar.rays",
         ),
     ] = None
@@ -101,7 +93,6 @@ class Fidelity(PhysicsKnobs):
             error="1: no corner reflectors, no ghosts",
             why="the depth of the radar's own attribute",
             finer="higher",
-            read_by=_RADAR,
         ),
     ] = None
     camera_backend: Annotated[
@@ -114,7 +105,6 @@ class Fidelity(PhysicsKnobs):
             "points; one colour a mesh, or its texture",
             why="the same bytes on every machine",
             finer="rays",
-            read_by="sensors.camera.imager",
         ),
     ] = "rays"
     camera_samples: Annotated[
@@ -125,7 +115,6 @@ class Fidelity(PhysicsKnobs):
             error="1: jagged edges; that of a mean of so many",
             why="the cheapest; depth, labels and boxes take one ray a pixel anyhow",
             finer="higher",
-            read_by="sensors.camera.runtime",
             limit="camera.rays",
         ),
     ] = 1
@@ -136,7 +125,6 @@ class Fidelity(PhysicsKnobs):
             cost="on: three random numbers a pixel",
             error="off: exact colours",
             why="as lidar.noise: exact unless asked for",
-            read_by="sensors.camera.imager",
         ),
     ] = False
     mesh_tolerance: Annotated[
@@ -147,7 +135,6 @@ class Fidelity(PhysicsKnobs):
             error="the tolerance",
             why="below the range accuracy of every lidar profile",
             finer="lower",
-            read_by="graph.sim.renderer.view",
             unit="m",
         ),
     ] = 0.001
@@ -159,7 +146,6 @@ class Fidelity(PhysicsKnobs):
             error="exact: 1e-6 of the range; mesh: mesh.tolerance",
             why="the least error, and the fastest where solids move",
             finer="exact",
-            read_by="graph.sim.renderer.view",
         ),
     ] = "exact"
     mesh_subdivision: Annotated[
@@ -170,7 +156,6 @@ class Fidelity(PhysicsKnobs):
             error="cage: its distance from the surface; refined: mesh.tolerance",
             why="the cheapest, and what files show without a subdivider",
             finer="refined",
-            read_by="graph.sim.renderer.view",
         ),
     ] = "cage"
     device: Annotated[
@@ -183,7 +168,6 @@ class Fidelity(PhysicsKnobs):
             cost="cuda: a launch and a copy to the host for each frame; pays from some 10,000 rays on",
             error="ranges 1e-5 m from the processor's, ids the same but at edges",
             why="no GPU is needed",
-            read_by="sensors.raycast.shared",
         ),
     ] = "cpu"
     fabric: Annotated[
@@ -193,7 +177,6 @@ class Fidelity(PhysicsKnobs):
             cost="off: 7 to 17 times an update of moving prims",
             error="none: the same bytes",
             why="the same bytes for less",
-            read_by="graph.sim.world",
         ),
     ] = True
     tlas: Annotated[
@@ -204,7 +187,6 @@ class Fidelity(PhysicsKnobs):
             error="frame: v times the time from the tick to the end of its update",
             why="as in Isaac Sim 6, and it costs no more",
             finer="sensor",
-            read_by="graph.sim.simulation",
         ),
     ] = "sensor"
 
@@ -216,7 +198,6 @@ class Fidelity(PhysicsKnobs):
             error="what happens once an update (commands, lidar.motion=update, tlas=frame) is up to one update late",
             why="the clock's, else 60 as in Isaac Sim",
             finer="higher",
-            read_by="graph.sim.app",
             unit="Hz",
         ),
     ] = None

@@ -21,9 +21,9 @@ class Knob:
 
     cost, error: how run time and error depend on it; why: the reason for its default. finer: where the error is less,
     "higher" or "lower" numbers or one of the values; "" if no value is more exact than the others, or each is in scenes
-    of its own. read_by: the module that reads it; "" if it has only one value. available: the values that can be run,
-    if not all of them, and the reason `missing` for the others. limit: the limit of a count (`graph.base.limits`).
-    kind: a rate [Hz], a count from 1, a number above 0 (of `unit`), on/off, or one of `choices`.
+    of its own. available: the values that can be run, if not all of them, and the reason `missing` for the others.
+    limit: the limit of a count (`graph.base.limits`). kind: a rate [Hz], a count from 1, a number above 0 (of `unit`),
+    on/off, or one of `choices`.
     """
 
     doc: str
@@ -31,7 +31,6 @@ class Knob:
     error: str
     why: str
     finer: str = ""
-    read_by: str = ""
     unit: str = ""
     available: tuple[Any, ...] | None = None
     missing: str = ""

@@ -12,9 +12,8 @@ from graph.base.errors import UserError
 from . import settings as keys
 from .devices import HOST, plugin_of
 from .fidelity import Fidelity
-from .settings import Settings
+from .settings import PARITIES, Settings
 from .timing.clocks import checked_rate
-from .timing.parity import PARITIES
 
 EXPERIENCES = ("base", "full", "zero_delay")
 DEFAULT_RATE = Fraction(60)

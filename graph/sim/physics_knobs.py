@@ -9,9 +9,13 @@ from graph.base.records import dataclass
 
 from .knob import Knob
 
-_SOLVER = "graph.sim.physics.solver"
 _OWN = "MuJoCo's own default"
-_NO_GPU_ENGINE = "the engine here is MuJoCo, which computes on the CPU; an engine for the GPU (MuJoCo Warp) is missing"
+
+
+def _on_cpu(doc: str) -> Knob:
+    missing = "the engine here is MuJoCo, which computes on the CPU; an engine for the GPU (MuJoCo Warp) is missing"
+    why = "the engine computes there only"
+    return Knob(doc, cost="none", error="none", why=why, available=("cpu",), missing=missing)
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +30,6 @@ class PhysicsKnobs:
             error="about proportional to the step, at contacts too; rk4: to its fourth power while nothing touches",
             why="the clock's, else the stage's or the model's, else 60 as in Isaac Sim",
             finer="higher",
-            read_by="graph.sim.app",
             unit="Hz",
         ),
     ] = None
@@ -42,7 +45,6 @@ class PhysicsKnobs:
             "of its swing a second (euler: none), with rk4 as free bodies; rk4 and euler need w dt < 2",
             why="discrete with driven joints or elastic bodies, for only there stiff drives and contacts are stable "
             "together; else implicitfast; a model keeps its own",
-            read_by=_SOLVER,
         ),
     ] = None
     physics_solver: Annotated[
@@ -54,7 +56,6 @@ class PhysicsKnobs:
             error="what remains when physics.iterations are used up; pgs leaves most",
             why=f"newton: {_OWN}",
             finer="newton",
-            read_by=_SOLVER,
         ),
     ] = None
     physics_cone: Annotated[
@@ -66,7 +67,6 @@ class PhysicsKnobs:
             why="elliptic: at the same cost a sliding body stops where it should (pyramidal: 40 % off), and bodies at "
             "rest creep a hundredth; a model keeps its own",
             finer="elliptic",
-            read_by=_SOLVER,
         ),
     ] = None
     physics_jacobian: Annotated[
@@ -76,7 +76,6 @@ class PhysicsKnobs:
             cost="sparse pays with many joints and contacts",
             error="none",
             why="auto: sparse from 60 degrees of freedom on",
-            read_by=_SOLVER,
         ),
     ] = None
     physics_iterations: Annotated[
@@ -88,7 +87,6 @@ class PhysicsKnobs:
             "(solver-not-converged)",
             why=f"100, {_OWN}: newton needs 2 to 30",
             finer="higher",
-            read_by=_SOLVER,
             limit="physics.iterations",
         ),
     ] = None
@@ -100,7 +98,6 @@ class PhysicsKnobs:
             error="fewer make an iteration of the solver less effective",
             why=f"50, {_OWN}",
             finer="higher",
-            read_by=_SOLVER,
             limit="physics.iterations",
         ),
     ] = None
@@ -112,7 +109,6 @@ class PhysicsKnobs:
             error="without: bodies at rest on a slope creep",
             why=f"0, {_OWN}",
             finer="higher",
-            read_by=_SOLVER,
             limit="physics.iterations",
         ),
     ] = None
@@ -124,7 +120,6 @@ class PhysicsKnobs:
             error="too few: contacts of curved shapes are misplaced",
             why=f"35, {_OWN}",
             finer="higher",
-            read_by=_SOLVER,
             limit="physics.iterations",
         ),
     ] = None
@@ -137,7 +132,6 @@ class PhysicsKnobs:
             why="1e-8 by the mean inertia, MuJoCo's own default, times 100 lightest masses over the heaviest (newton); "
             "a model keeps its own",
             finer="lower",
-            read_by=_SOLVER,
         ),
     ] = None
     physics_ls_tolerance: Annotated[
@@ -148,7 +142,6 @@ class PhysicsKnobs:
             error="larger makes an iteration of the solver less effective",
             why=f"0.01, {_OWN}",
             finer="lower",
-            read_by=_SOLVER,
         ),
     ] = None
     physics_ccd_tolerance: Annotated[
@@ -159,7 +152,6 @@ class PhysicsKnobs:
             error="that of the distance of curved shapes",
             why=f"1e-6, {_OWN}",
             finer="lower",
-            read_by=_SOLVER,
         ),
     ] = None
     physics_impratio: Annotated[
@@ -172,7 +164,6 @@ class PhysicsKnobs:
             why="10 with elliptic cones: at no cost that could be measured bodies at rest creep a tenth; a model keeps "
             "its own",
             finer="higher",
-            read_by=_SOLVER,
         ),
     ] = None
     physics_contact_softness: Annotated[
@@ -184,7 +175,6 @@ class PhysicsKnobs:
             "holds; near that limit 0.1 makes them slide",
             why="1: as a model says; else ten times as firm as MuJoCo's default, so that ten boxes sink in 1 mm",
             finer="lower",
-            read_by="graph.sim.physics.mujoco.compile",
         ),
     ] = None
     physics_multiccd: Annotated[
@@ -195,7 +185,6 @@ class PhysicsKnobs:
             error="off: meshes that touch along a face rock on one contact",
             why=f"on, {_OWN}",
             finer="on",
-            read_by=_SOLVER,
         ),
     ] = None
     physics_nativeccd: Annotated[
@@ -206,28 +195,13 @@ class PhysicsKnobs:
             error="off: that of libccd",
             why=f"on, {_OWN}",
             finer="on",
-            read_by=_SOLVER,
         ),
     ] = None
     physics_dynamics: Annotated[
         Literal["cpu", "cuda"],
-        Knob(
-            "where dynamics are computed",
-            cost="none",
-            error="none",
-            why="the engine computes there only",
-            available=("cpu",),
-            missing=_NO_GPU_ENGINE,
-        ),
+        _on_cpu("where dynamics are computed"),
     ] = "cpu"
     physics_pipeline: Annotated[
         Literal["cpu", "cuda"],
-        Knob(
-            "where the physics' state lives",
-            cost="none",
-            error="none",
-            why="the engine computes there only",
-            available=("cpu",),
-            missing=_NO_GPU_ENGINE,
-        ),
+        _on_cpu("where the physics' state lives"),
     ] = "cpu"

@@ -1,4 +1,7 @@
-"""The settings tree: `/path/to/setting` to value, with the defaults of the `base` experience."""
+"""The settings tree: `/path/to/setting` to value, with the defaults of the `base` experience.
+
+A profile only changes defaults: values that a user sets, by file, command line or API, are preferred.
+"""
 
 from __future__ import annotations
 
@@ -12,114 +15,131 @@ from graph.base.errors import Mark, Problem, UserError
 from graph.base.suggest import closest
 from graph.base.suggesting import Suggesting
 
-RATE_LIMIT_ENABLED = "/app/runLoops/main/rateLimitEnabled"
-RATE_LIMIT_FREQUENCY = "/app/runLoops/main/rateLimitFrequency"
-MANUAL_MODE = "/app/runLoops/main/manualModeEnabled"
-FIXED_STEPPING = "/app/player/useFixedTimeStepping"
-FAST_MODE = "/app/player/useFastMode"
-TARGET_FRAMERATE = "/app/player/targetRunLoopFrequency"
-TICKS_PER_FRAME = "/app/player/timelineSubsampleRate"
-PLAY_SIMULATIONS = "/app/player/playSimulations"
-CAPTURE_ON_PLAY = "/omni/replicator/captureOnPlay"
-TIME_CODES_PER_SECOND = "/app/stage/timeCodesPerSecond"
-MIN_FRAME_RATE = "/persistent/simulation/minFrameRate"
-MULTI_TICK = "/rtx/hydra/supportMultiTickRate"
-SENSOR_TICK_TLAS = "/rtx/rendering/perSensorTickTlas"
-RENDER_COMPLETE_ORDER = "/app/updateOrder/checkForHydraRenderComplete"
-PLAY_DELAY = "/app/player/CompensatePlayDelayInSecs"
-INTERRUPTS_OFF = "/ext/omni.graph.action/disableInterrupts"
-RAY_THREADS = "/tickgraph/rayThreads"
-WHEN_PLAYING = "/tickgraph/whenPlaying"
-WARM_UP_STEPS = "/tickgraph/warmUpSteps"
-TRUNCATE_STEPS = "/tickgraph/truncateStepsPerSecond"
-SAMPLE_SUBSTEPS = "/tickgraph/timeSamplePerSubstep"
-SET_DT_RATE_LIMIT = "/tickgraph/setDtSetsRateLimit"
-REWRITE_RATE_LIMIT = "/tickgraph/playRewritesRateLimit"
-AUTOTRIGGER_IDLE = "/tickgraph/autotriggerWithoutStep"
-BARE_LIDAR_TICK_RATE = "/tickgraph/bareLidarTickRate"
-FRAMES_LATER = "/tickgraph/framesOneUpdateLater"
-FULL_SCAN_WARNS = "/tickgraph/fullScanWarnsWhen"
-SCAN_EMPTY_MINUS_ONE = "/tickgraph/laserScanEmptyIsMinusOne"
-LIDAR_HEADER = "/tickgraph/lidarHeader"
-HEADER_FRAME, HEADER_SCAN_START, HEADER_UPDATE = "frame", "scanStart", "update"
-FRAME_ID_AS_GIVEN = "/tickgraph/frameIdAsGiven"
-SCAN_BINS = "/tickgraph/laserScanBinsOfFieldOfView"
-SCAN_END_BEYOND = "/tickgraph/laserScanEndsBeyondLastBeam"
-FLAT_SCAN_NEEDS_2D = "/tickgraph/flatScanNeeds2d"
-BOXES_IN_WORLD = "/tickgraph/cameraBoxesInWorld"
-INFO_SQUARE_PIXELS = "/tickgraph/cameraInfoSquarePixels"
-CLOUD_OF_CORNERS = "/tickgraph/cameraCloudOfCorners"
-MERGE_TRANSFORMS = "/tickgraph/mergeTransforms"
-ODOMETRY_WORLD_TURN = "/tickgraph/odometryWorldTurn"
-STOP_CLEARS_COMMANDS = "/tickgraph/stopClearsCommands"
-NODE_ERRORS_STOP = "/tickgraph/nodeErrorsStop"
-ID_MAP_EXTENSION = "/tickgraph/idMapExtension"
-RADAR_IGNORES_TICK_RATE = "/tickgraph/radarIgnoresTickRate"
-RADAR_NEEDS_MOTION_BVH = "/tickgraph/radarNeedsMotionBvh"
-CAMERA_TONE = "/tickgraph/cameraTone"
-TONE_LINEAR, TONE_ACES = "linear", "aces"
-MOTION_BVH = "/renderer/raytracingMotion/enabled"
-ACCEPTED_FINDINGS = "/tickgraph/acceptedFindings"
-"""Codes, with spaces between, that `graph check --target` does not report for this file: its author knows of them."""
+DOCUMENTED, PRODUCT = "documented", "isaacsim-6.0.1"
+PARITIES = (DOCUMENTED, PRODUCT)
+"""The profiles: what Isaac Sim's documentation says, and what the product does."""
 
-DEFAULTS: dict[str, Any] = {
-    RATE_LIMIT_ENABLED: False,
-    RATE_LIMIT_FREQUENCY: 60,
-    MANUAL_MODE: True,
-    FIXED_STEPPING: False,
-    FAST_MODE: False,
-    TARGET_FRAMERATE: 60,
-    TICKS_PER_FRAME: 1,
-    PLAY_DELAY: 0.0,
-    PLAY_SIMULATIONS: True,
-    CAPTURE_ON_PLAY: True,
-    TIME_CODES_PER_SECOND: 60,
-    MIN_FRAME_RATE: 0,
-    MULTI_TICK: True,
-    SENSOR_TICK_TLAS: True,
-    "/app/hydraEngine/waitIdle": False,
-    RENDER_COMPLETE_ORDER: -100,
-    "/app/settings/fabricDefaultSimPeriodNumerator": 1,
-    "/app/settings/fabricDefaultSimPeriodDenominator": 30,
-    "/app/settings/fabricDefaultStageFrameHistoryCount": 3,
-    "/persistent/physics/resetOnStop": True,
-    "/exts/isaacsim.core.simulation_manager/default_engine": "mujoco",
-    INTERRUPTS_OFF: True,
-    WHEN_PLAYING: "refuse",
-    RAY_THREADS: 0,
-    WARM_UP_STEPS: 0,
-    TRUNCATE_STEPS: False,
-    SAMPLE_SUBSTEPS: False,
-    SET_DT_RATE_LIMIT: True,
-    REWRITE_RATE_LIMIT: False,
-    AUTOTRIGGER_IDLE: False,
-    BARE_LIDAR_TICK_RATE: 0,
-    FRAMES_LATER: False,
-    FULL_SCAN_WARNS: False,
-    SCAN_EMPTY_MINUS_ONE: False,
-    SCAN_END_BEYOND: False,
-    LIDAR_HEADER: HEADER_FRAME,
-    FRAME_ID_AS_GIVEN: False,
-    SCAN_BINS: False,
-    FLAT_SCAN_NEEDS_2D: True,
-    BOXES_IN_WORLD: False,
-    INFO_SQUARE_PIXELS: False,
-    CLOUD_OF_CORNERS: False,
-    MERGE_TRANSFORMS: True,
-    ODOMETRY_WORLD_TURN: False,
-    STOP_CLEARS_COMMANDS: False,
-    NODE_ERRORS_STOP: True,
-    ID_MAP_EXTENSION: True,
-    RADAR_IGNORES_TICK_RATE: False,
-    RADAR_NEEDS_MOTION_BVH: False,
-    CAMERA_TONE: TONE_LINEAR,
-    ACCEPTED_FINDINGS: "",
-}
-"""Values of the `documented` profile (`graph.sim.timing.parity` has the other one).
+DEFAULTS: dict[str, Any] = {}
+"""By setting, its value in the profile `documented`."""
 
-`minFrameRate` 0 means no catch-up cap, `rayThreads` 0 means all cores.
+PRODUCT_DEFAULTS: dict[str, Any] = {}
+"""By setting, its value in the profile `isaacsim-6.0.1`, if that differs.
+
+Both profiles ignore the trigger that would interrupt a sleeping latent node;
+`/ext/omni.graph.action/disableInterrupts = false` lets it interrupt.
 """
 
+
+def _setting(path: str, default: Any, product: Any = None) -> str:
+    """Declares a known setting; returns its path."""
+    DEFAULTS[path] = default
+    if product is not None:
+        PRODUCT_DEFAULTS[path] = product
+    return path
+
+
+HEADER_FRAME, HEADER_SCAN_START, HEADER_UPDATE = "frame", "scanStart", "update"
+TONE_LINEAR, TONE_ACES = "linear", "aces"
+
+# Below a setting whose default depends on the profile: what its two values mean, the documented one first.
+
+RATE_LIMIT_ENABLED = _setting("/app/runLoops/main/rateLimitEnabled", False)
+RATE_LIMIT_FREQUENCY = _setting("/app/runLoops/main/rateLimitFrequency", 60, product=120)
+"""Updates a second of wall time, unless set."""
+MANUAL_MODE = _setting("/app/runLoops/main/manualModeEnabled", True)
+FIXED_STEPPING = _setting("/app/player/useFixedTimeStepping", False)
+FAST_MODE = _setting("/app/player/useFastMode", False)
+TARGET_FRAMERATE = _setting("/app/player/targetRunLoopFrequency", 60)
+TICKS_PER_FRAME = _setting("/app/player/timelineSubsampleRate", 1)
+PLAY_DELAY = _setting("/app/player/CompensatePlayDelayInSecs", 0.0)
+PLAY_SIMULATIONS = _setting("/app/player/playSimulations", True)
+CAPTURE_ON_PLAY = _setting("/omni/replicator/captureOnPlay", True)
+TIME_CODES_PER_SECOND = _setting("/app/stage/timeCodesPerSecond", 60)
+MIN_FRAME_RATE = _setting("/persistent/simulation/minFrameRate", 0, product=30)
+"""Catch-up cap: max(1, sps // this) steps an update; 0: no cap."""
+MULTI_TICK = _setting("/rtx/hydra/supportMultiTickRate", True)
+SENSOR_TICK_TLAS = _setting("/rtx/rendering/perSensorTickTlas", True)
+_setting("/app/hydraEngine/waitIdle", False)
+RENDER_COMPLETE_ORDER = _setting("/app/updateOrder/checkForHydraRenderComplete", -100)
+_setting("/app/settings/fabricDefaultSimPeriodNumerator", 1)
+_setting("/app/settings/fabricDefaultSimPeriodDenominator", 30)
+_setting("/app/settings/fabricDefaultStageFrameHistoryCount", 3)
+_setting("/persistent/physics/resetOnStop", True)
+_setting("/exts/isaacsim.core.simulation_manager/default_engine", "mujoco")
+INTERRUPTS_OFF = _setting("/ext/omni.graph.action/disableInterrupts", True)
+WHEN_PLAYING = _setting("/tickgraph/whenPlaying", "refuse")
+RAY_THREADS = _setting("/tickgraph/rayThreads", 0)
+"""0 means all cores."""
+WARM_UP_STEPS = _setting("/tickgraph/warmUpSteps", 0, product=2)
+"""Physics steps that a play from stopped runs before the first update."""
+TRUNCATE_STEPS = _setting("/tickgraph/truncateStepsPerSecond", False, product=True)
+"""Steps per second of a dt: exactly 1/dt, or int(1/dt), which loses a step for 1/93."""
+SAMPLE_SUBSTEPS = _setting("/tickgraph/timeSamplePerSubstep", False, product=True)
+"""Time samples: one an update with its exact time as key; or one a substep, keys in whole microseconds, and the
+simulation time at t is t itself.
+"""
+SET_DT_RATE_LIMIT = _setting("/tickgraph/setDtSetsRateLimit", True, product=False)
+"""`set_dt` sets rateLimitFrequency and targetFramerate always, or only while rateLimitEnabled."""
+REWRITE_RATE_LIMIT = _setting("/tickgraph/playRewritesRateLimit", False, product=True)
+"""Play in fixed stepping sets rateLimitFrequency to N x timeCodesPerSecond."""
+AUTOTRIGGER_IDLE = _setting("/tickgraph/autotriggerWithoutStep", False, product=True)
+"""In an update without a physics step nothing renders, or autotrigger sensors (tickRate 0) do."""
+BARE_LIDAR_TICK_RATE = _setting("/tickgraph/bareLidarTickRate", 0, product=10)
+"""The tickRate [Hz] of a lidar prim that authors none."""
+FRAMES_LATER = _setting("/tickgraph/framesOneUpdateLater", False, product=True)
+"""Frames arrive in the update that renders them, or at the begin of the next one; the latter unless
+checkForHydraRenderComplete comes after rendering, as in the experience zero_delay.
+"""
+FULL_SCAN_WARNS = _setting("/tickgraph/fullScanWarnsWhen", False, product=True)
+"""The value of the lidar helper's fullScan that gives the deprecation warning."""
+SCAN_EMPTY_MINUS_ONE = _setting("/tickgraph/laserScanEmptyIsMinusOne", False, product=True)
+"""An empty beam of a LaserScan is +inf, or -1."""
+SCAN_END_BEYOND = _setting("/tickgraph/laserScanEndsBeyondLastBeam", False, product=True)
+"""The angle_max of a LaserScan is the last beam's angle, or one increment beyond it."""
+LIDAR_HEADER = _setting("/tickgraph/lidarHeader", HEADER_FRAME, product=HEADER_UPDATE)
+"""Messages of a lidar carry the time that the frame's pose belongs to, or that of the update that rendered it
+(scanStart: the scan's start).
+"""
+FRAME_ID_AS_GIVEN = _setting("/tickgraph/frameIdAsGiven", False, product=True)
+"""A cloud of points in the WORLD under the frameId of its sensor names the world in its header, or that frameId."""
+SCAN_BINS = _setting("/tickgraph/laserScanBinsOfFieldOfView", False, product=True)
+"""A LaserScan has one cell for each beam, in the order of firing, and a flat scan one for each emitter of a solid-state
+lidar; or both cut the field of view into as many bins as there are beams, ascending.
+"""
+FLAT_SCAN_NEEDS_2D = _setting("/tickgraph/flatScanNeeds2d", True, product=False)
+"""A flat scan of a 3-D lidar is an error, or one warning and outputs at their defaults."""
+BOXES_IN_WORLD = _setting("/tickgraph/cameraBoxesInWorld", False, product=True)
+"""A camera helper's 3D boxes are in the camera's optical frame, which their header names, or in the world, with the
+origins of prims for the centres of their boxes.
+"""
+INFO_SQUARE_PIXELS = _setting("/tickgraph/cameraInfoSquarePixels", False, product=True)
+"""The CameraInfo of a lens with two focal lengths has both, as its image does; or fx twice, with a warning."""
+CLOUD_OF_CORNERS = _setting("/tickgraph/cameraCloudOfCorners", False, product=True)
+"""A point of a camera helper's depth_pcl lies on the ray that its pixel's lens casts, or on that of a pinhole
+through the pixel's top left corner.
+"""
+MERGE_TRANSFORMS = _setting("/tickgraph/mergeTransforms", True, product=False)
+"""Transforms of several nodes with the same topic, quality and stamp are one message, or one for each node."""
+ODOMETRY_WORLD_TURN = _setting("/tickgraph/odometryWorldTurn", False, product=True)
+"""The angular velocity of odometry is along the axes of the chassis, as nav_msgs/Odometry has it, or along the
+world's.
+"""
+STOP_CLEARS_COMMANDS = _setting("/tickgraph/stopClearsCommands", False, product=True)
+"""At stop the command inputs of controllers keep what is written on them, or become 0 (empty, of arrays)."""
+NODE_ERRORS_STOP = _setting("/tickgraph/nodeErrorsStop", True, product=False)
+"""A compute that raises stops the run, or is logged and the run goes on."""
+ID_MAP_EXTENSION = _setting("/tickgraph/idMapExtension", True, product=False)
+"""StableIdMap buffers hold ids without an entry too, for resolve_all, or not."""
+RADAR_IGNORES_TICK_RATE = _setting("/tickgraph/radarIgnoresTickRate", False, product=True)
+"""Radars render at their tickRate, or in every update."""
+RADAR_NEEDS_MOTION_BVH = _setting("/tickgraph/radarNeedsMotionBvh", False, product=True)
+"""A radar can be created at any time, or raises a RuntimeError while /renderer/raytracingMotion/enabled is off."""
+CAMERA_TONE = _setting("/tickgraph/cameraTone", TONE_LINEAR, product=TONE_ACES)
+"""Colours of pictures are proportional to light up to white, or bent by an approximation of the ACES curve."""
+ACCEPTED_FINDINGS = _setting("/tickgraph/acceptedFindings", "")
+"""Codes, with spaces between, that `graph check --target` does not report for this file: its author knows of them."""
+
+MOTION_BVH = "/renderer/raytracingMotion/enabled"
 SWITCHES = (MOTION_BVH, "/rtx-transient/stableIds/enabled", "/app/sensors/nv/lidar/publishNormals")
 """Settings that are on or off and have no default."""
 
@@ -312,6 +332,12 @@ def suggestion(path: str) -> str | None:
     beside = {known.rpartition("/")[2]: known for known in KNOWN if known.rpartition("/")[0] == folder}
     near = closest(name, beside, 0.3 if folder == "/tickgraph" else 0.75)
     return closest(path, KNOWN, 0.9) if near is None else beside[near]
+
+
+def apply_profile(settings: Settings, parity: str) -> None:
+    """Sets the defaults of a profile; values that the user has set stay."""
+    for path, product in PRODUCT_DEFAULTS.items():
+        settings.set_default(path, product if parity == PRODUCT else DEFAULTS[path])
 
 
 def from_mapping(values: Mapping[str, Any], where: Callable[[str], Mark | None] = lambda path: None) -> Settings:

@@ -83,7 +83,7 @@ class Simulation(TimeQueries, Suggesting):
         self._authored_rate = world.authored_rate
         world.let_take_rate(self._take_authored_rate)
         settings.subscribe(keys.PLAY_SIMULATIONS, self._set_enabled)
-        settings.subscribe(keys.MIN_FRAME_RATE, self._set_min_frame_rate)
+        settings.subscribe(keys.MIN_FRAME_RATE, lambda value: self._configure())
         world.set_rate(clock.rate)
         self._configure()
         self._set_up_scheduler()
@@ -397,9 +397,6 @@ class Simulation(TimeQueries, Suggesting):
 
     def _set_enabled(self, value: bool) -> None:
         self.enabled = value
-
-    def _set_min_frame_rate(self, value: int) -> None:
-        self._configure()
 
     def _configure(self) -> None:
         self._accumulator.configure(self.clock.rate, self._settings.get(keys.MIN_FRAME_RATE))

@@ -99,7 +99,7 @@ class UpdateLoop:
             live.check()
             if live.watch.others or live.watch.resynced:
                 rendered = (product.camera_path for product in scheduler.products.values() if product.camera_path)
-                if live.watch.take_changed((*scheduler.polled, *rendered)):
+                if live.watch.take_changed((*(scheduler.polled or ()), *rendered)):
                     self._sensors_edited()
 
         for callback in self._timeline_phase.before:

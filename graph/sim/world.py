@@ -121,7 +121,8 @@ class World(WorldView):
 
     def build(self) -> None:
         """Builds physics from the stage and binds Fabric to it; on failure the stage is restored."""
-        from .damage import reading
+        from graph.sim.scene.diagnostics import reading
+
         from .live.live_stage import LiveStage
         from .physics import build_physics
         from .scene.stage import StageState, scene_name

@@ -30,7 +30,7 @@ from .values import plain
 @collector_paused()
 def examine(path: Path, name: str, allow: Sequence[Path] = (), *, skip_outside: bool = False) -> Examined:
     """A USD file as a graph file, with all its problems; see `graph.files.examine`."""
-    from graph.sim.damage import reading
+    from graph.sim.scene.diagnostics import reading
 
     notes: list[Note] = []
     try:

@@ -76,7 +76,7 @@ def write_prim_local_transform(db: Database) -> bool:
     import numpy as np
 
     from graph.sim import transforms
-    from graph.sim.scene.prim_transforms import set_transform
+    from graph.sim.scene.prim_attributes import set_transform
 
     prim = find_prim(db, only_target(db, "prim", db.inputs.prim))
     if prim is None:

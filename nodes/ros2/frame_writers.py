@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from graph.base.exact import NANOSECONDS, nanoseconds
 from graph.base.records import dataclass, field
 from graph.sim import settings as keys
-from graph.sim.messages.cadence import Cadence, Ticks
+from graph.sim.messages.message import Cadence, Ticks
 
 from .messages import stamp
 from .profiles import offered_quality

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from graph.node import Database
-from graph.sim.messages.quality import DEFAULT, Quality
+from graph.sim.messages.message import DEFAULT, Quality
 
 SUBSCRIPTION = "Default for publishers/subscribers"
 POLICY = ("history", "depth", "reliability", "durability", "deadline", "lifespan", "liveliness", "leaseDuration")

@@ -8,7 +8,7 @@ from typing import Any
 
 from graph.base.records import dataclass
 from graph.node import Attribute, Database, NodeAtLoad
-from graph.sim.messages.quality import DEFAULT, Quality
+from graph.sim.messages.message import DEFAULT, Quality
 
 from .profiles import offered_quality
 

@@ -62,6 +62,6 @@ def read_contact_sensor(db: Database) -> None:
 
 def _newtons(app: App) -> float:
     """Newtons in one unit of force of the stage."""
-    from graph.sim.physics.attributes import kilograms_per_unit
+    from graph.sim.attributes import kilograms_per_unit
 
     return kilograms_per_unit(app.stage) * float(app.meters_per_unit)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graph.base.records import dataclass
-from graph.sim.geometry.collect import Mesh, Solid
+from graph.sim.geometry.surfaces import Mesh, Solid
 from graph.sim.transforms import from_usd, transformed
 from sensors.raycast.alone import cast_alone
 from sensors.raycast.world import CastWorld

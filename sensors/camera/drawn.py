@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from graph.sim.geometry.collect import Mesh, Plane
+from graph.sim.geometry.surfaces import Mesh, Plane
 from graph.sim.opengl.scene import ABSENT, DARK, FARTHEST_M, MOST_LAMPS, SHOWN, DrawnScene, Eye, Lamp, Shape
 from sensors.raycast.rays import NO_SURFACE, NOTHING, Hits
 from sensors.raycast.standing import excluded

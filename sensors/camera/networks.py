@@ -32,7 +32,7 @@ class Coordinates:
 class Source:
     """Where the value of an input comes from: `texture` or `primvar`, or neither; then, and where these say nothing, it
     is `plain`. channels: of the texture's red, green, blue and alpha. placed: whether a surface without coordinates is
-    `plain` too, and a plane has its own (`graph.sim.mjcf.textures`).
+    `plain` too, and a plane has its own (`graph.sim.mjcf.looks`).
     """
 
     plain: tuple[float, ...]

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graph.base.records import dataclass
-from graph.sim.arrays import array_of
+from graph.sim.attributes import array_of
 from graph.sim.geometry.surfaces import Mesh
 from graph.sim.transforms import apply
 from sensors.raycast.world import CastWorld, soft_prim

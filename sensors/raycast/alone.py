@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from graph.sim.geometry.collect import Mesh, Plane
+from graph.sim.geometry.surfaces import Mesh, Plane
 
 from .forms import Forms
 from .planes import cast_plane

@@ -21,7 +21,7 @@ from .rays import RayBundle
 from .triangles import TriangleScene
 
 if TYPE_CHECKING:
-    from graph.sim.geometry.collect import Mesh
+    from graph.sim.geometry.surfaces import Mesh
 
 NEAR_RAD = np.deg2rad(20.0)
 """Half of a mesh's angular size, from which on it is near."""

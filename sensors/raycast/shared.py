@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graph.sim.devices import HOST, plugin_of
-from graph.sim.geometry.deforming import Following
+from graph.sim.geometry.surfaces import Following
 from graph.sim.settings import ID_MAP_EXTENSION, RAY_THREADS
 from sensors.surfaces.ids import has_prim, pack_stable_id_map, stable_id, stable_id_map
 from sensors.surfaces.material_codes import PREFIX, PREFIX_SETTING, material_of
@@ -19,7 +19,7 @@ from sensors.surfaces.semantics import Labels, numbered, surface_label
 from .world import CastWorld, bodies_of, soft_prim
 
 if TYPE_CHECKING:
-    from graph.sim.geometry.collect import Mesh
+    from graph.sim.geometry.surfaces import Mesh
     from graph.sim.renderer.view import WorldView
 
 

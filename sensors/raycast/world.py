@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 
-from graph.sim.geometry.collect import Mesh, Plane, Solid
+from graph.sim.geometry.surfaces import Mesh, Plane, Solid
 from graph.sim.transforms import transformed
 
 from .moving import MovingSurfaces

@@ -16,7 +16,7 @@ from measure import Row, added, ratio, seconds
 from pxr import Gf, UsdGeom, UsdLux
 
 from graph.sim import App
-from graph.sim.geometry.collect import Mesh
+from graph.sim.geometry.surfaces import Mesh
 from graph.sim.libraries import import_open3d
 from graph.sim.settings import CAMERA_TONE, TONE_ACES
 from sensors import CameraSensor, RtxCamera, SingleViewDepthCameraSensor, TiledCameraSensor, render_product

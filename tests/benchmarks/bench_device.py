@@ -23,7 +23,7 @@ from graph.sim import App
 from graph.sim.devices import warp
 from graph.sim.geometry import tessellation
 from graph.sim.geometry.closed_forms import closed_form
-from graph.sim.geometry.collect import Mesh, Solid
+from graph.sim.geometry.surfaces import Mesh, Solid
 from graph.sim.messages.bus import MemorySink
 from sensors.lidar.config import EmitterState, LidarConfig
 from sensors.lidar.pattern import firing_pattern

@@ -22,7 +22,7 @@ from pxr import Gf, Sdf, UsdGeom, UsdPhysics, Vt
 from graph.sim import App
 from graph.sim.geometry import tessellation
 from graph.sim.geometry.closed_forms import closed_form
-from graph.sim.geometry.collect import Mesh, Plane, Solid
+from graph.sim.geometry.surfaces import Mesh, Plane, Solid
 from graph.sim.libraries import import_open3d
 from graph.sim.physics.mujoco.engine import MujocoEngine
 from sensors import LidarConfig, render_product

@@ -19,7 +19,7 @@ from graph.base.errors import UserError, reason_of
 from graph.recording.transports.targets import Target
 from graph.recording.transports.transport import NotSentError, Outgoing
 from graph.sim.messages.bus import Topic
-from graph.sim.messages.quality import Quality
+from graph.sim.messages.message import Quality
 from graph.sim.messages.ros_types import type_hash
 
 from .dds_types import dds_type

@@ -8,7 +8,7 @@ from __future__ import annotations
 import struct
 
 from graph.sim.messages.bus import Topic
-from graph.sim.messages.quality import Quality
+from graph.sim.messages.message import Quality
 from graph.sim.messages.ros_types import type_hash
 
 from .dds_types import dds_name

@@ -169,7 +169,7 @@ def _place(db: Database, prim: Any, rotation: Matrix, place: Matrix, target: Mat
     import numpy as np
 
     from graph.sim import transforms
-    from graph.sim.scene.prim_transforms import set_transform
+    from graph.sim.scene.prim_attributes import set_transform
     from graph.sim.usd import EARLIEST, Gf, Sdf, UsdGeom
 
     if not np.isfinite([place, target]).all():

@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 from graph.base import exact
-from graph.sim.scene.scene_attributes import authored
+from graph.sim.attributes import value_of
 
 from .physics_scene import PhysicsScene
 
@@ -130,7 +130,7 @@ class NewtonMjcScene(PhysicsScene):
         self._author_number("viscosity", viscosity)
 
     def _number(self, option: str, default: Any) -> Any:
-        value = authored(self._prim, f"mjc:option:{option}")
+        value = value_of(self._prim, f"mjc:option:{option}")
         return default if value is None else value
 
     def _token(self, option: str, default: str) -> str:

@@ -15,12 +15,12 @@ from graph.base import exact
 from graph.base.errors import RunError
 from graph.base.suggesting import Suggesting
 from graph.sim import entered
+from graph.sim.attributes import value_of
 from graph.sim.scene.prim_paths import is_path
 from graph.sim.scene.scene_attributes import (
     EARTH_GRAVITY,
     RATE_ATTRIBUTES,
     author,
-    authored,
     authored_rate,
     newton_only,
     scene_prims,
@@ -228,7 +228,7 @@ class PhysicsScene(Suggesting):
             name = "physxScene:timeStepsPerSecond"
             self._author(name, "UInt", int(rate))
         for other in RATE_ATTRIBUTES:
-            if other != name and authored(self._prim, other) is not None:
+            if other != name and value_of(self._prim, other) is not None:
                 self._author(other, "", None)
 
     def _set_rate(self, rate: Fraction, *, as_step: bool = False) -> None:
@@ -247,7 +247,7 @@ class PhysicsScene(Suggesting):
             setup.refuse_rate_zero(self.path)
 
     def _authored(self, name: str, default: Any) -> Any:
-        value = authored(self._prim, name)
+        value = value_of(self._prim, name)
         return default if value is None else value
 
     def _author(self, name: str, kind: str, value: Any) -> None:

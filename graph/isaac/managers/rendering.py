@@ -89,7 +89,7 @@ class Rendering(SensorScheduler, Suggesting):
         second.
 
         The rate limit and the target frame rate follow always, or only while rate limiting is on (see
-        `graph.sim.timing.parity`). The physics rate and the catch-up cap stay. Raises ValueError unless dt > 0.
+        `graph.sim.settings`). The physics rate and the catch-up cap stay. Raises ValueError unless dt > 0.
         """
         step = exact.duration(dt)
         if step <= 0:

@@ -8,9 +8,10 @@ from fractions import Fraction
 from typing import Any
 
 from graph.base.errors import RunError
+from graph.sim.attributes import applied_schemas
 from graph.sim.fidelity import Fidelity
 from graph.sim.physics import MUJOCO
-from graph.sim.scene.scene_attributes import applied_schemas, author, scene_prims
+from graph.sim.scene.scene_attributes import author, scene_prims
 from graph.sim.simulation import Milestone, Simulation
 
 from .physics_scene import DEFAULT_PATH, PhysicsScene, steps_per_second

@@ -9,7 +9,7 @@ from fractions import Fraction
 from typing import Any
 
 from graph.base.exact import NANOSECONDS, rate
-from graph.sim.messages.cadence import RATE, SENSOR
+from graph.sim.messages.message import RATE, SENSOR
 
 MOST = 20_000
 """Stamps of a topic that are kept."""

@@ -17,7 +17,7 @@ from graph.base.extras import install_command
 from graph.base.outputs import make_folder, replacing, write
 from graph.base.shorten import printable
 from graph.recording.contents.file_names import file_names
-from graph.sim.messages.cadence import SENSOR
+from graph.sim.messages.message import SENSOR
 
 from .boundary import embedded, policy
 from .clouds import CloudPanel, titled

@@ -12,6 +12,15 @@ from graph.sim.transforms import Floats
 
 Kind = Literal["ball", "box", "frustum", "capsule"]
 
+SOLIDS: dict[str, tuple[str, ...]] = {
+    "Cube": ("size",),
+    "Sphere": ("radius",),
+    "Plane": ("width", "length"),
+    **dict.fromkeys(("Capsule", "Cylinder", "Cone"), ("radius", "height")),
+    **dict.fromkeys(("Capsule_1", "Cylinder_1"), ("radiusBottom", "radiusTop", "height")),
+}
+"""The UsdGeom types whose surface follows from a few numbers, and the attributes that hold these."""
+
 _TO_AXIS = {"X": (2, 0, 1), "Y": (1, 2, 0), "Z": (0, 1, 2)}
 
 FLATTEST = 1e-6

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graph.base.records import dataclass
-from graph.sim.arrays import array_of
+from graph.sim.attributes import array_of
 from graph.sim.usd import EARLIEST, UsdGeom
 
 from .polygons import Complain, Integers

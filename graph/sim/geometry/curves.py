@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from graph.sim.arrays import array_of
+from graph.sim.attributes import array_of
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom
 

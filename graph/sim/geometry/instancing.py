@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from graph.base.limits import allowed, most
 from graph.base.records import dataclass
 from graph.sim import transforms
-from graph.sim.arrays import array_of
+from graph.sim.attributes import array_of
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, Usd, UsdGeom
 

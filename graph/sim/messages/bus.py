@@ -14,9 +14,7 @@ from graph.base.exact import nanoseconds
 from graph.base.records import dataclass, field
 from graph.base.suggesting import Suggesting
 
-from .cadence import Cadence
-from .message import Message
-from .quality import DEFAULT, Quality
+from .message import DEFAULT, Cadence, Message, Quality
 from .services import Services
 
 

@@ -117,7 +117,7 @@ class _Reader:
             self._include(root, file.parent, file.parent, {file.resolve()})
         folders = _folders(root, file.parent)
         models: dict[str, int] = {}
-        for element in _walk(root):
+        for element in root.walk():
             self.problems += bounds.too_large(element)
             if element.tag == "model" and element.get("file"):
                 models.update(self._submodel(element, folders, (*above, file.resolve())))
@@ -273,12 +273,6 @@ def _folders(root: Element, folder: Path) -> _Folders:
         if compiler.get("strippath"):
             out.strip = compiler.get("strippath") == "true"
     return out
-
-
-def _walk(element: Element) -> Iterator[Element]:
-    yield element
-    for child in element.children:
-        yield from _walk(child)
 
 
 def _said(element: Element) -> str:

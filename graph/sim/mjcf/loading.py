@@ -12,8 +12,7 @@ import numpy as np
 
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.silence import silenced
-from graph.sim.physics.mujoco.library import mujoco
-from graph.sim.physics.mujoco.memory import give_memory
+from graph.sim.physics.mujoco.library import give_memory, mujoco
 from graph.sim.scene.stage import Warn
 
 from .files import Document, shown

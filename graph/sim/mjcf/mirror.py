@@ -8,15 +8,16 @@ from typing import Any
 import numpy as np
 
 from graph.sim import transforms
+from graph.sim.geometry.tessellation import Triangles
 from graph.sim.physics.mujoco.library import mujoco
 from graph.sim.scene.mechanisms import GIVEN
 from graph.sim.scene.prim_paths import NAME_OVERRIDE
 from graph.sim.scene.stage import Warn
+from graph.sim.transforms import Floats
 from graph.sim.usd import Gf, Sdf, Usd, UsdGeom, Vt
 
-from . import surfaces, textures
+from . import looks
 from .authoring import Author, integers, points, turn, vector
-from .lights import mirror_lights
 from .naming import ACTUATORS, LOOKS, ROOT, SENSORS, Paths, flex_name
 
 SHOWN_GROUPS = 3
@@ -76,7 +77,7 @@ class _Mirror:
             self.author.place(spec, self.model.site_pos[number], self.model.site_quat[number])
         for number in range(self.model.ncam):
             self._camera(number)
-        mirror_lights(self.model, self.data, self.paths, self.author, self.warn)
+        looks.mirror_lights(self.model, self.data, self.paths, self.author, self.warn)
         for number in range(self.model.nflex):
             self._flex(number)
         self._actuators_and_sensors()
@@ -135,9 +136,9 @@ class _Mirror:
         spec = self._named(path, "Material", self.model.material(number).name)
         rgba = self.model.mat_rgba[number].tolist()
         self.author.set(spec, "mjc:rgba", "Color4f", Gf.Vec4f(*rgba))
-        if textures.texture_of(self.model, number) >= 0:
+        if looks.texture_of(self.model, number) >= 0:
             red, green, blue = map(_linear, rgba[:3])
-            textures.mirror_texture(self.model, number, path, self.author, (red, green, blue))
+            looks.mirror_texture(self.model, number, path, self.author, (red, green, blue))
 
     def _joint(self, number: int) -> None:
         model, path = self.model, self.paths.joints[number]
@@ -192,8 +193,8 @@ class _Mirror:
                 put(spec, "width", "Double", 2 * x)
                 put(spec, "length", "Double", 2 * y)
             put(spec, "axis", "Token", "Z")
-            if (coordinates := textures.plane_coordinates(model, number)) is not None:
-                put(spec, textures.ST, "DoubleArray", coordinates)
+            if (coordinates := looks.plane_coordinates(model, number)) is not None:
+                put(spec, looks.ST, "DoubleArray", coordinates)
         elif kind == _GEOM.mjGEOM_SPHERE:
             put(spec, "radius", "Double", x)
         elif kind in (_GEOM.mjGEOM_CAPSULE, _GEOM.mjGEOM_CYLINDER):
@@ -223,10 +224,10 @@ class _Mirror:
             if not self.meshes:
                 self.author.prim(LIBRARY, "", class_=True)
             self.meshes.add(source)
-            found = surfaces.height_field(model, asset) if field else surfaces.mesh(model, asset)
+            found = height_field(model, asset) if field else mesh_triangles(model, asset)
             shared = self.author.prim(source, "Mesh", class_=True)
             self._triangles(shared, *found)
-            if not field and (coordinates := textures.mesh_coordinates(model, asset)) is not None:
+            if not field and (coordinates := looks.mesh_coordinates(model, asset)) is not None:
                 self.author.set(shared, "primvars:st", "TexCoord2fArray", coordinates)
                 shared.attributes["primvars:st"].SetInfo("interpolation", "faceVarying")
         spec.referenceList.prependedItems = [Sdf.Reference(primPath=source)]
@@ -288,7 +289,7 @@ class _Mirror:
 
     def _flex(self, number: int) -> None:
         model = self.model
-        triangles = surfaces.flex(model, number)
+        triangles = flex_triangles(model, number)
         path = self.paths.flexes[number]
         if triangles is None:
             self.warn("mjcf-geom-unseen", path, "it is a thread without faces; rays do not see it")
@@ -355,3 +356,56 @@ def _linear(shown: float) -> float:
 def _plain(rgba: Any) -> bool:
     """Whether a geom has the default colour, so that its material's colour shows."""
     return bool(np.allclose(rgba, (0.5, 0.5, 0.5, 1)))
+
+
+def mesh_triangles(model: Any, number: int) -> tuple[Floats, Triangles]:
+    """Vertices (n, 3) [m] and triangles (m, 3) of a mesh of the model, in the frame of its geoms."""
+    first, count = model.mesh_vertadr[number], model.mesh_vertnum[number]
+    face, faces = model.mesh_faceadr[number], model.mesh_facenum[number]
+    triangles: Triangles = model.mesh_face[face : face + faces].astype(np.uint32)
+    return model.mesh_vert[first : first + count].astype(np.float64), triangles
+
+
+def height_field(model: Any, number: int) -> tuple[Floats, Triangles]:
+    """The closed surface of a height field: its top as MuJoCo collides with it, its four sides and its underside [m].
+
+    Each cell of the top is cut from its corner of least x and y to the opposite one, as MuJoCo cuts it.
+    """
+    rows, columns = int(model.hfield_nrow[number]), int(model.hfield_ncol[number])
+    half_x, half_y, height, depth = map(float, model.hfield_size[number])
+    start = model.hfield_adr[number]
+    heights = model.hfield_data[start : start + rows * columns].astype(np.float64) * height
+    y, x = np.meshgrid(np.linspace(-half_y, half_y, rows), np.linspace(-half_x, half_x, columns), indexing="ij")
+    top = np.stack([x.ravel(), y.ravel(), heights], axis=1)
+    grid = np.arange(rows * columns).reshape(rows, columns)
+    a, b, c, d = (part.ravel() for part in (grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]))
+    upper = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+
+    # Once around the edge, counter-clockwise seen from above, so that the sides face out.
+    edge = np.concatenate([grid[0, :-1], grid[:-1, -1], grid[-1, :0:-1], grid[:0:-1, 0]])
+    below = top[edge].copy()
+    below[:, 2] = -depth
+    low = len(top) + np.arange(len(edge))
+    following, low_following = np.roll(edge, -1), np.roll(low, -1)
+    sides = np.concatenate(
+        [np.stack([edge, low, low_following], axis=1), np.stack([edge, low_following, following], axis=1)]
+    )
+    corners = low[[0, columns - 1, columns + rows - 2, 2 * columns + rows - 3]]
+    under = np.array([[corners[0], corners[2], corners[1]], [corners[0], corners[3], corners[2]]])
+    return np.concatenate([top, below]), np.concatenate([upper, sides, under]).astype(np.uint32)
+
+
+def flex_triangles(model: Any, number: int) -> Triangles | None:
+    """The triangles (m, 3) of a cloth's faces or of a solid's skin, by vertex of the flex.
+
+    None for a one-dimensional flex.
+    """
+    if model.flex_dim[number] == 2:
+        first, count = model.flex_elemdataadr[number], model.flex_elemnum[number]
+        found: Triangles = model.flex_elem[first : first + 3 * count].reshape(-1, 3).astype(np.uint32)
+        return found
+    if model.flex_dim[number] == 3:
+        first, count = model.flex_shelldataadr[number], model.flex_shellnum[number]
+        skin: Triangles = model.flex_shell[first : first + 3 * count].reshape(-1, 3).astype(np.uint32)
+        return skin
+    return None

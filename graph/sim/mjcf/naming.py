@@ -57,58 +57,45 @@ def prim_paths(model: Any) -> Paths:
         taken.add(path)
         return path
 
-    bodies = [""]
-    bodies += [place(ROOT, model.body(number).name) for number in range(1, model.nbody)]
-    groups = [place(ROOT, name) if count else "" for name, count in _groups(model)]
+    bodies = ("", *(place(ROOT, model.body(number).name) for number in range(1, model.nbody)))
+    groups = (ACTUATORS, model.nu), (SENSORS, model.nsensor), (LOOKS, model.nmat)
+    actuators, sensors, looks = (place(ROOT, name) if count else "" for name, count in groups)
     below = [ROOT, *bodies[1:]]
     free = int(mujoco.mjtJoint.mjJNT_FREE)
     points = _points(model)
-    joints = [
-        ""
-        if model.jnt_type[number] == free or int(model.jnt_bodyid[number]) in points
-        else place(below[model.jnt_bodyid[number]], model.joint(number).name)
-        for number in range(model.njnt)
-    ]
-    geoms = [place(below[model.geom_bodyid[number]], model.geom(number).name) for number in range(model.ngeom)]
-    sites = [place(below[model.site_bodyid[number]], model.site(number).name) for number in range(model.nsite)]
-    cameras = [place(below[model.cam_bodyid[number]], model.camera(number).name) for number in range(model.ncam)]
-    parts = (
-        tuple(place(groups[0], model.actuator(number).name) for number in range(model.nu)),
-        tuple(place(groups[1], model.sensor(number).name) for number in range(model.nsensor)),
-        tuple(place(groups[2], model.material(number).name) for number in range(model.nmat)),
-        tuple(place(ROOT, flex_name(model, number)) for number in range(model.nflex)),
-    )
-    scene = place(ROOT, "PhysicsScene")
-    lights = tuple(place(below[model.light_bodyid[number]], model.light(number).name) for number in range(model.nlight))
-    headlight = place(ROOT, "Headlight")
-    fixed = [
-        number for number in range(1, model.nbody) if model.body_parentid[number] and not model.body_jntnum[number]
-    ]
-    welds = {
-        number: place(bodies[number], f"{model.body(number).name}_weld") for number in fixed if number not in points
-    }
-    return Paths(
-        tuple(bodies),
-        tuple(joints),
-        tuple(geoms),
-        tuple(sites),
-        tuple(cameras),
-        *parts,
-        lights,
-        scene,
-        headlight,
-        welds,
-        points,
+
+    def placed(parents: Any, named: Any) -> tuple[str, ...]:
+        """The prims of elements whose bodies have these numbers."""
+        return tuple(place(below[body], named(number).name) for number, body in enumerate(parents))
+
+    def members(parent: str, named: Any, count: int) -> tuple[str, ...]:
+        return tuple(place(parent, named(number).name) for number in range(count))
+
+    fixed = (n for n in range(1, model.nbody) if model.body_parentid[n] and not model.body_jntnum[n])
+    return Paths(  # in the order in which names are taken
+        bodies=bodies,
+        joints=tuple(
+            "" if kind == free or int(body) in points else place(below[body], model.joint(number).name)
+            for number, (kind, body) in enumerate(zip(model.jnt_type, model.jnt_bodyid, strict=True))
+        ),
+        geoms=placed(model.geom_bodyid, model.geom),
+        sites=placed(model.site_bodyid, model.site),
+        cameras=placed(model.cam_bodyid, model.camera),
+        actuators=members(actuators, model.actuator, model.nu),
+        sensors=members(sensors, model.sensor, model.nsensor),
+        materials=members(looks, model.material, model.nmat),
+        flexes=tuple(place(ROOT, flex_name(model, number)) for number in range(model.nflex)),
+        scene=place(ROOT, "PhysicsScene"),
+        lights=placed(model.light_bodyid, model.light),
+        headlight=place(ROOT, "Headlight"),
+        welds={n: place(bodies[n], f"{model.body(n).name}_weld") for n in fixed if n not in points},
+        points=points,
     )
 
 
 def flex_name(model: Any, number: int) -> str:
     """What a flex is called."""
     return mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_FLEX, number) or f"flex{number}"
-
-
-def _groups(model: Any) -> tuple[tuple[str, int], ...]:
-    return (ACTUATORS, model.nu), (SENSORS, model.nsensor), (LOOKS, model.nmat)
 
 
 def _points(model: Any) -> frozenset[int]:

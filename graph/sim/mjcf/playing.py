@@ -12,8 +12,7 @@ import numpy as np
 from graph.sim import transforms
 from graph.sim.physics.mujoco.compile import Base, Compiled, compile_world, write_options
 from graph.sim.physics.mujoco.geoms import Shape
-from graph.sim.physics.mujoco.library import mujoco
-from graph.sim.physics.mujoco.memory import state_of
+from graph.sim.physics.mujoco.library import mujoco, state_of
 from graph.sim.physics.solver import SolverOptions
 from graph.sim.physics.world_model import Volume, WorldModel
 from graph.sim.scene.stage import Warn

@@ -12,10 +12,10 @@ import numpy as np
 from graph.base import exact
 from graph.base.errors import UserError
 from graph.sim import transforms
-from graph.sim.physics.mujoco.library import mujoco
-from graph.sim.physics.mujoco.memory import forward, state_of
+from graph.sim.physics.mujoco.library import WIDTHS, forward, mujoco, state_of
 from graph.sim.physics.solver import SolverOptions
-from graph.sim.physics.world_model import Body, Joint, JointKind, Volume, WorldModel
+from graph.sim.physics.world_model import Body, Joint, Volume, WorldModel
+from graph.sim.scene.mechanisms import JointKind
 from graph.sim.scene.stage import Warn, ignore_warning, register_schemas
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom
@@ -148,7 +148,7 @@ class MjcfScene:
         return transforms.rigid_part(world)
 
     def _put(self, number: int, pose: Floats) -> None:
-        from graph.sim.scene.prim_transforms import set_transform
+        from graph.sim.scene.prim_attributes import set_transform
 
         prim = self.stage.GetPrimAtPath(self.paths.bodies[number])
         if prim:
@@ -243,8 +243,8 @@ def carry_state(model: Any, data: Any, to: Any, target: Any) -> None:
     """Copies the state of a model to a grown copy of it, part by part by name."""
     for number in range(model.njnt):
         there = to.joint(model.joint(number).name).id
-        for field, address in (("qpos", "jnt_qposadr"), ("qvel", "jnt_dofadr")):
-            width = _WIDTHS[field].get(int(model.jnt_type[number]), 1)
+        widths = WIDTHS.get(int(model.jnt_type[number]), (1, 1))
+        for field, address, width in zip(("qpos", "qvel"), ("jnt_qposadr", "jnt_dofadr"), widths, strict=True):
             first, second = int(getattr(model, address)[number]), int(getattr(to, address)[there])
             getattr(target, field)[second : second + width] = getattr(data, field)[first : first + width]
     for number in range(model.nbody):
@@ -258,12 +258,6 @@ def carry_state(model: Any, data: Any, to: Any, target: Any) -> None:
         if count:
             target.act[second : second + count] = data.act[first : first + count]
     target.time = data.time
-
-
-_WIDTHS = {
-    "qpos": {int(mujoco.mjtJoint.mjJNT_FREE): 7, int(mujoco.mjtJoint.mjJNT_BALL): 4},
-    "qvel": {int(mujoco.mjtJoint.mjJNT_FREE): 6, int(mujoco.mjtJoint.mjJNT_BALL): 3},
-}
 
 
 def _vertices(model: Any, data: Any, number: int) -> Floats:

@@ -7,6 +7,7 @@ MuJoCo gets the result. Like MuJoCo, and unlike XML, it accepts `--` and anythin
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from xml.parsers import expat
 
@@ -36,6 +37,12 @@ class Element:
     def get(self, name: str) -> str | None:
         """An attribute's value, if it exists and is not empty."""
         return self.attributes.get(name) or None
+
+    def walk(self) -> Iterator[Element]:
+        """The element and all below it, in the order of the file."""
+        yield self
+        for child in self.children:
+            yield from child.walk()
 
 
 def parse(file: Path, name: str) -> Element:

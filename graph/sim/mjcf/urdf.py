@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +27,7 @@ def prepare(robot: Element) -> tuple[list[Problem], list[tuple[Mark, str]]]:
     """
     problems = [
         Problem("this is a xacro file; run xacro on it and name the URDF that it writes", element.mark)
-        for element in _walk(robot)
+        for element in robot.walk()
         if element.tag.startswith("xacro:")
     ][:1]
     taken: set[tuple[str, str]] = set()
@@ -40,12 +39,12 @@ def prepare(robot: Element) -> tuple[list[Problem], list[tuple[Mark, str]]]:
     left_out: list[tuple[Mark, str]] = []
     for link in robot.children:
         for part in list(link.children) if link.tag == "link" else ():
-            name = next((mesh.get("filename") for mesh in _walk(part) if mesh.tag == "mesh"), None) or ""
+            name = next((mesh.get("filename") for mesh in part.walk() if mesh.tag == "mesh"), None) or ""
             if part.tag in ("visual", "collision") and name and Path(name).suffix.lower() not in READ:
                 said = f"the {part.tag} mesh {name} of link {link.get('name')}"
                 left_out.append((part.mark, f"{said} is left out; convert it to one of {', '.join(READ)}"))
                 link.children.remove(part)
-    textures = [(parent, child) for parent in _walk(robot) for child in parent.children if child.tag == "texture"]
+    textures = [(parent, child) for parent in robot.walk() for child in parent.children if child.tag == "texture"]
     for parent, child in textures:
         parent.children.remove(child)
     if textures:
@@ -107,9 +106,3 @@ def hide_collisions(spec: Any) -> None:
             for geom in geoms:
                 if geom.contype or geom.conaffinity:
                     geom.group = COLLISIONS
-
-
-def _walk(element: Element) -> Iterator[Element]:
-    yield element
-    for child in element.children:
-        yield from _walk(child)

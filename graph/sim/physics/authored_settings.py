@@ -10,6 +10,7 @@ from typing import Any
 from graph.base.errors import Problem, UserError
 from graph.base.records import dataclass, field
 from graph.base.suggest import closest
+from graph.sim.attributes import applied_schemas
 from graph.sim.scene.physics_settings import (
     ARRAYS,
     INSTANCES,
@@ -22,25 +23,14 @@ from graph.sim.scene.physics_settings import (
     VECTORS,
     generic,
 )
-from graph.sim.scene.scan import SOFT
+from graph.sim.scene.scan import JOINT_KINDS, SOFT, SOFT_ATTACHMENTS
 from graph.sim.scene.stage import Warn
 from graph.sim.scene.stored_settings import NEUTRAL, QUIET_SCHEMAS, STORED, UNKNOWN, Stored, stored_as
 from graph.sim.scene.value_types import fits
 from graph.sim.usd import EARLIEST, Sdf, Tf, Usd, UsdPhysics
 
-from .attributes import applied_schemas
-
 CODE = "physics-setting-stored"
 
-_JOINTS = (
-    ("fixed", UsdPhysics.FixedJoint),
-    ("revolute", UsdPhysics.RevoluteJoint),
-    ("prismatic", UsdPhysics.PrismaticJoint),
-    ("spherical", UsdPhysics.SphericalJoint),
-    ("distance", UsdPhysics.DistanceJoint),
-    ("d6", UsdPhysics.Joint),
-)
-_ATTACHMENTS = ("PhysxPhysicsAttachment", "OmniPhysicsVtxXformAttachment")
 _API_ROLES = {
     "PhysicsRigidBodyAPI": "body",
     "PhysicsCollisionAPI": "collider",
@@ -155,11 +145,11 @@ def _read_as(kind: str, apis: tuple[str, ...]) -> tuple[tuple[str, ...], bool, f
 @lru_cache(maxsize=1024)
 def _type_role(kind: str) -> str:
     """The role of all prims of a type."""
-    if kind in _ATTACHMENTS:
+    if kind in SOFT_ATTACHMENTS:
         return "attachment"
     known = Usd.SchemaRegistry.GetTypeFromName(kind)
-    types = (*_JOINTS, ("scene", UsdPhysics.Scene), ("group", UsdPhysics.CollisionGroup))
-    return next((role for role, base in types if known and known.IsA(Tf.Type(base))), "")
+    types = (*JOINT_KINDS, (UsdPhysics.Scene, "scene"), (UsdPhysics.CollisionGroup, "group"))
+    return next((role for base, role in types if known and known.IsA(Tf.Type(base))), "")
 
 
 def _counts(known: str, instance: str, roles: frozenset[str]) -> bool:

@@ -39,22 +39,11 @@ PLAIN = Material()
 """The material of colliders without a physics material."""
 
 
-@dataclass(frozen=True, slots=True)
-class Touch:
-    """The contact properties of two surfaces."""
-
-    static: float
-    sliding: float
-    restitution: float
-    torsion: float = TORSION
-    rolling: float = ROLLING
-
-
-def touch(first: Material, second: Material) -> Touch:
-    """The contact of two materials. Static friction is never below dynamic friction."""
+def touch(first: Material, second: Material) -> Material:
+    """The material that stands for the contact of two. Static friction is never below dynamic friction."""
     friction = _stronger(first.friction_mode, second.friction_mode)
     sliding = combined(friction, first.sliding, second.sliding)
-    return Touch(
+    return Material(
         static=max(sliding, combined(friction, first.static, second.static)),
         sliding=sliding,
         restitution=combined(

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from graph.base.paths import at_or_below
 from graph.base.records import dataclass
+from graph.sim.attributes import value_of
 from graph.sim.scene.scan import Scan
 from graph.sim.scene.stage import Warn
 from graph.sim.usd import EARLIEST, UsdPhysics
-
-from .attributes import value_of
 
 MOST_MASKS = 32
 """Kinds of colliders that MuJoCo's bit masks can distinguish."""
@@ -49,8 +47,8 @@ def read_filters(scan: Scan, warn: Warn) -> Filters:
             continue
         for side, path in enumerate((first, second)):
             for collider in scan.colliders:
-                if at_or_below(collider.path, path):
-                    tokens.setdefault(collider.path, set()).add((number, side))
+                if at_or_below(collider, path):
+                    tokens.setdefault(collider, set()).add((number, side))
     for group in _mechanisms_without_self_collision(scan):
         apart.update(dict.fromkeys(pair for pair in combinations(sorted(group), 2) if not scan.moving.isdisjoint(pair)))
     masks, meets = _masks(scan, tokens, warn)
@@ -71,17 +69,13 @@ def _still_ends(scan: Scan) -> list[tuple[str, str]]:
     return out
 
 
-def _groups(scan: Scan) -> list[Any]:
-    return [prim for prim in scan.stage.Traverse() if prim.IsA(UsdPhysics.CollisionGroup)]
-
-
 def _filtered(scan: Scan) -> list[tuple[str, str]]:
     """Pairs of prims, one of which names the other in FilteredPairsAPI."""
     out: list[tuple[str, str]] = []
     roots = [scan.stage.GetPrimAtPath(path) for path in scan.articulation_roots]
     prims = {str(prim.GetPath()): prim for prim in roots if prim}
     prims |= {body.path: body.prim for body in scan.bodies.values()}
-    prims |= {collider.path: collider.prim for collider in scan.colliders}
+    prims |= scan.colliders
     for path, prim in prims.items():
         if prim.HasAPI(UsdPhysics.FilteredPairsAPI):
             targets = UsdPhysics.FilteredPairsAPI(prim).GetFilteredPairsRel().GetForwardedTargets()
@@ -104,14 +98,14 @@ def _mechanisms_without_self_collision(scan: Scan) -> list[set[str]]:
 
 
 def _masks(scan: Scan, tokens: dict[str, set[tuple[int, int]]], warn: Warn) -> tuple[dict[str, int], NDArray[np.bool_]]:
-    groups = _groups(scan)
+    groups = [prim for prim in scan.stage.Traverse() if prim.IsA(UsdPhysics.CollisionGroup)]
     queries = [UsdPhysics.CollisionGroup(prim).GetCollidersCollectionAPI().ComputeMembershipQuery() for prim in groups]
     kinds: dict[tuple[frozenset[int], frozenset[tuple[int, int]]], int] = {}
     masks = {}
-    for collider in scan.colliders if groups or tokens else ():
-        inside = frozenset(n for n, query in enumerate(queries) if query.IsPathIncluded(collider.prim.GetPath()))
-        kind = inside, frozenset(tokens.get(collider.path, ()))
-        masks[collider.path] = kinds.setdefault(kind, len(kinds))
+    for path, prim in scan.colliders.items() if groups or tokens else ():
+        inside = frozenset(n for n, query in enumerate(queries) if query.IsPathIncluded(prim.GetPath()))
+        kind = inside, frozenset(tokens.get(path, ()))
+        masks[path] = kinds.setdefault(kind, len(kinds))
     if not kinds:
         return {}, np.ones((1, 1), dtype=np.bool_)
     table = UsdPhysics.CollisionGroup.ComputeCollisionGroupTable(scan.stage)

@@ -12,22 +12,20 @@ from typing import Any
 import numpy as np
 
 from graph.sim import transforms
-from graph.sim.arrays import number_of
+from graph.sim.attributes import applied_schemas, authored, kilograms_per_unit, number_of
+from graph.sim.geometry.closed_forms import SOLIDS
 from graph.sim.geometry.collect import endless
-from graph.sim.geometry.shapes import SIZES, shape_of
-from graph.sim.geometry.solids import SOLIDS
+from graph.sim.geometry.shapes import shape_of
 from graph.sim.geometry.tessellation import Triangles, axis_vector
-from graph.sim.scene.scan import ColliderPrim, Scan
+from graph.sim.scene.scan import Scan
 from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 
-from .attributes import applied_schemas, authored, kilograms_per_unit
 from .contact_materials import bound_material, read_material
-from .convex_decomposition import MOST_PIECES, enclosed
+from .convex_decomposition import MOST_PIECES, convex_pieces, enclosed, with_depth
 from .filters import Filters
-from .hulls import convex_pieces, with_depth
-from .read_mass import read_mass
+from .mass_properties import read_mass
 from .world_model import Collider, Volume
 
 HULL_TOLERANCE = 1e-3
@@ -50,23 +48,23 @@ def read_colliders(
     filters: what keeps them apart. known: colliders of moving bodies with unchanged shapes and masses.
     """
     found: list[Collider] = []
-    for prim in scan.colliders:
-        if prim.path not in known:
-            found.extend(_Reader(scan, prim, filters, warn).read())
-        elif known[prim.path]:
-            surface = {**_surface(scan, prim.prim, warn), "mask": filters.masks.get(prim.path, 0)}
-            found.extend(replace(collider, **surface) for collider in known[prim.path])
+    for path, prim in scan.colliders.items():
+        if path not in known:
+            found.extend(_Reader(scan, path, prim, filters, warn).read())
+        elif known[path]:
+            surface = {**_surface(scan, prim, warn), "mask": filters.masks.get(path, 0)}
+            found.extend(replace(collider, **surface) for collider in known[path])
     return tuple(found)
 
 
 class _Reader:
     """One collider prim with its frame: `frame` converts its own units to metres in its body's frame."""
 
-    def __init__(self, scan: Scan, collider: ColliderPrim, filters: Filters, warn: Warn) -> None:
-        self.prim, self.path = collider.prim, collider.path
-        self.body = scan.moving_body_of(collider.path)
+    def __init__(self, scan: Scan, path: str, prim: Any, filters: Filters, warn: Warn) -> None:
+        self.prim, self.path = prim, path
+        self.body = scan.moving_body_of(path)
         self.warn = warn
-        frame = scan.world_matrix(collider.prim)
+        frame = scan.world_matrix(prim)
         frame[:3] *= scan.meters_per_unit
         if self.body is not None:
             frame = transforms.inverse_rigid(scan.body_pose(self.body)) @ frame
@@ -75,9 +73,9 @@ class _Reader:
         rest = (transforms.inverse_rigid(self.pose) @ frame)[:3, :3]
         self.scale = np.abs(np.diag(rest))
         self.sheared = bool(np.abs(rest - np.diag(np.diag(rest))).max() > 1e-9 * self.scale.max())
-        self.common = {**_surface(scan, collider.prim, warn), **self._mass(scan)}
+        self.common = {**_surface(scan, prim, warn), **self._mass(scan)}
         self.common["mask"] = filters.masks.get(self.path, 0)
-        self.common["trigger"] = "PhysxTriggerAPI" in applied_schemas(collider.prim)
+        self.common["trigger"] = "PhysxTriggerAPI" in applied_schemas(prim)
         if self.body is None and filters.stills:
             self.common["still"] = _nearest(self.path, filters.stills)
 
@@ -93,7 +91,7 @@ class _Reader:
                 "bad-collider", self.path, f"a {kind or 'prim without type'} cannot be a collider; nothing hits it"
             )
             return []
-        if any(not math.isfinite(self._number(name)) for name in SIZES[kind]):
+        if any(not math.isfinite(self._number(name)) for name in SOLIDS[kind]):
             self._complain("its sizes are not all finite numbers; nothing hits it")
             return []
         return self._plane() if kind == "Plane" else self._solid(kind)

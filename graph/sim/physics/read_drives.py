@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from graph.sim.attributes import kilograms_per_unit, value_of
 from graph.sim.scene.scan import JointPrim, Scan
 from graph.sim.scene.stage import Warn
 from graph.sim.usd import EARLIEST, UsdPhysics
 
-from .attributes import kilograms_per_unit, value_of
 from .world_model import Drive
 
 STIFFEST = 1e30

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graph.base.errors import RunError
+from graph.sim.attributes import applied_schemas, kilograms_per_unit, value_of
 from graph.sim.scene.scan import Scan
 from graph.sim.scene.stage import Warn, meters_per_unit
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST
 
-from .attributes import applied_schemas, kilograms_per_unit, value_of
 from .world_model import Body, BodyForce, MovingSurface
 
 if TYPE_CHECKING:

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from graph.sim import transforms
+from graph.sim.attributes import first_target, kilograms_per_unit, quaternion_of
 from graph.sim.scene.scan import ATTACHMENTS, Scan
 from graph.sim.scene.stage import Warn
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 
-from .attributes import kilograms_per_unit, quaternion_of
 from .world_model import FREE, Gripper, Suction
 
 REACH = 0.01
@@ -49,8 +49,7 @@ def _gripper(scan: Scan, prim: Any, warn: Warn) -> Gripper:
 
 def _point(scan: Scan, prim: Any) -> Suction | None:
     joint = UsdPhysics.Joint(prim)
-    targets = joint.GetBody0Rel().GetForwardedTargets()
-    link = str(targets[0].GetPrimPath()) if targets else ""
+    link = first_target(joint.GetBody0Rel())
     body = scan.moving_body_of(link)
     if body is None:
         return None

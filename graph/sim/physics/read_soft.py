@@ -9,22 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graph.sim import transforms
-from graph.sim.arrays import array_of
+from graph.sim.attributes import applied_schemas, array_of, first_target, kilograms_per_unit, value_of, vector
 from graph.sim.geometry.polygons import usable_faces
-from graph.sim.scene.scan import Scan
+from graph.sim.scene.scan import SOFT_ATTACHMENTS, Scan
 from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 from graph.sim.usd import UsdGeom, UsdShade
 
-from .attributes import applied_schemas, kilograms_per_unit, value_of, vector
 from .contact_materials import PLAIN, Material
-from .soft import Soft
-from .world_model import DEFAULT_DENSITY
+from .world_model import DEFAULT_DENSITY, Soft
 
 CLOTH = frozenset({"PhysxDeformableSurfaceAPI", "PhysxParticleClothAPI", "OmniPhysicsSurfaceDeformableSimAPI"})
 SOLID = frozenset({"PhysxDeformableBodyAPI", "OmniPhysicsVolumeDeformableSimAPI"})
 PARTICLES = frozenset({"PhysxParticleSetAPI"})
-ATTACHMENTS = ("PhysxPhysicsAttachment", "OmniPhysicsVtxXformAttachment")
 
 MOST_POINTS = 10_000
 """A prim with more points is left out: a step of it would take seconds."""
@@ -248,13 +245,15 @@ def _attachments(scan: Scan, warn: Warn) -> dict[str, list[tuple[Any, ...]]]:
     """
     out: dict[str, list[tuple[Any, ...]]] = {}
     for prim in scan.stage.Traverse():
-        if prim.GetTypeName() not in ATTACHMENTS:
+        if prim.GetTypeName() not in SOFT_ATTACHMENTS:
             continue
         path = str(prim.GetPath())
         names = (
-            ("actor0", "actor1") if prim.GetTypeName() == ATTACHMENTS[0] else ("omniphysics:src0", "omniphysics:src1")
+            ("actor0", "actor1")
+            if prim.GetTypeName() == SOFT_ATTACHMENTS[0]
+            else ("omniphysics:src0", "omniphysics:src1")
         )
-        ends = [_target(prim, name) for name in names]
+        ends = [first_target(prim.GetRelationship(name)) for name in names]
         soft = scan.stage.GetPrimAtPath(ends[0]) if ends[0] else None
         if not soft:
             warn("bad-attachment", path, f"{names[0]} names no prim; it holds nothing")
@@ -271,12 +270,6 @@ def _attachments(scan: Scan, warn: Warn) -> dict[str, list[tuple[Any, ...]]]:
             continue
         out.setdefault(ends[0], []).append((numbers, spots, body, back))
     return out
-
-
-def _target(prim: Any, name: str) -> str:
-    relationship = prim.GetRelationship(name)
-    targets = relationship.GetForwardedTargets() if relationship else ()
-    return str(targets[0].GetPrimPath()) if targets else ""
 
 
 class _Said:

@@ -12,23 +12,20 @@ import numpy as np
 from graph.base.errors import UserError
 from graph.base.records import dataclass, field
 from graph.sim import transforms
+from graph.sim.attributes import kilograms_per_unit, value_of, vector
 from graph.sim.scene.scan import BodyPrim, Scan, scan_stage
+from graph.sim.scene.scene_attributes import EARTH_GRAVITY
 from graph.sim.scene.stage import Warn, ignore_warning, up_axis
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 
-from .attributes import kilograms_per_unit, value_of, vector
 from .authored_settings import StoredSettings, check_settings
 from .filters import Filters, read_filters
-from .locked_axes import read_locks
+from .mass_properties import read_mass
 from .read_forces import read_forces, read_surfaces
-from .read_joints import read_joints, read_mimics
-from .read_mass import read_mass
-from .soft import Soft
+from .read_joints import read_joints, read_locks, read_mimics
 from .solver import authored_options
-from .world_model import Body, Collider, Gripper, Joint, WorldModel
-
-EARTH_GRAVITY = 9.81
+from .world_model import Body, Collider, Gripper, Joint, Soft, WorldModel
 
 
 @dataclass(frozen=True)
@@ -112,7 +109,7 @@ def survey(stage: Any, *, mirrors: bool = False) -> list[tuple[str, str, str]]:
     check_settings(stage, warn, mirrors=mirrors)
     scan = scan_stage(stage)
     if scan.dynamic:
-        read_world(replace(scan, colliders=[]), warn)
+        read_world(replace(scan, colliders={}), warn)
     return [*dict.fromkeys(found)]
 
 

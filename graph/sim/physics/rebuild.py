@@ -15,9 +15,9 @@ from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 
 from .authored_settings import check_settings
-from .locked_axes import SUFFIX
 from .protocol import PhysicsEngine
 from .read_forces import start_surfaces
+from .read_joints import SUFFIX
 from .read_world import Known, read_world
 from .world_model import Collider, WorldModel
 

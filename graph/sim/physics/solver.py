@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from graph.base.limits import check
 from graph.base.records import dataclass
+from graph.sim.attributes import value_of
 from graph.sim.scene.stage import Warn
-
-from .attributes import value_of
 
 if TYPE_CHECKING:
     from graph.sim.fidelity import Fidelity

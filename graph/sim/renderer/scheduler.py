@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.sim.timing.clocks import PhysicsClock, Reading
 
-from .product_list import ProductList
-from .products import RenderProduct
+from .products import ProductList, RenderProduct
 from .schedule import NEVER, EveryUpdate, Tick, TickSchedule
 from .sensor import SensorFrame
 
@@ -17,7 +16,7 @@ if TYPE_CHECKING:
     from .view import WorldView
 
 
-class SensorScheduler:
+class SensorScheduler(ProductList):
     """Renders products by ticks on the physics clock, in the order of their creation.
 
     With multi-tick rendering off there is no separate sensor clock: `loop_time` (the run loop's time since the App was
@@ -28,13 +27,13 @@ class SensorScheduler:
     def __init__(
         self, clock: PhysicsClock, capture: Callable[[], Any] | None, loop_time: Callable[[], Fraction]
     ) -> None:
-        self._list = ProductList()
-        self.products = self._list.products
-        """All products, by path; `add` and `remove` change them."""
+        super().__init__()
         self.new_frames: list[RenderProduct] = []
         """The products that delivered a frame in this update, in the order of their creation."""
-        self.polled: dict[str, Any] = {}
-        """Sensors without a product, which are measured when they are read, by their prims (`sensors.polled`)."""
+        self.polled: dict[str, Any] | None = None
+        """Sensors without a product, which are measured when they are read, by their prims; None until one is read
+        (`sensors.polled`).
+        """
         self.scene: WorldView
         """What the sensors measure."""
         self.capture_state = capture
@@ -65,40 +64,24 @@ class SensorScheduler:
 
     # -- products ----------------------------------------------------------------------------------------------------
 
-    @property
-    def history(self) -> tuple[RenderProduct, ...]:
-        """Every product made so far, including removed ones; the newest one of each path."""
-        return self._list.history
-
     def add(self, product: RenderProduct) -> RenderProduct:
         """Adds a product. Raises UserError if its path is taken."""
-        self._list.check_free(product.path)
+        super().add(product)
         moment = self.moment
         product.restart(moment if product.created_at is None else max(moment, product.created_at))
         product.on_enabled = self._enabled_changed
-        self._list.add(product)
         product.scene = self.scene
         self._bind()
         return product
-
-    def remove(self, path: str) -> None:
-        """Removes a product; its counts stay in `history`. An unknown path is ignored."""
-        if path in self.products:
-            self._list.remove(path)
-            self._bind()
 
     def take_stage(self, stage: Any) -> None:
         """Removes every product, because its sensor was on the former stage."""
         for path in list(self.products):
             self.remove(path)
 
-    def begin_play(self) -> None:
-        """Records the present products and writers; only they outlive the next stop."""
-        self._list.begin_play()
-
     def end_play(self) -> None:
         """Stop: removes products and writers made since play; the others restart at external time 0."""
-        self._list.end_play()
+        super().end_play()
         self.restart()
 
     def restart(self) -> None:
@@ -108,16 +91,17 @@ class SensorScheduler:
             product.clear()
             product.restart(self.time)
             product.sensor.reset()
-        self._sort()
+        self.sort()
 
     def _enabled_changed(self, product: RenderProduct) -> None:
         if product.enabled:
             product.restart(self.moment)
             product.sensor.reset()
-        self._sort()
+        self.sort()
 
-    def _sort(self) -> None:
-        self._list.sort()
+    def sort(self) -> None:
+        """Updates which products render at ticks and which in every update, and when the next one is due."""
+        super().sort()
         self._bind()
 
     def close(self) -> None:
@@ -178,7 +162,7 @@ class SensorScheduler:
         if target < self._next_due or not (self.capture_at_ticks and self.multi_tick and self.capture_state):
             return
         captures = []
-        for number, product in enumerate(self._list.scheduled):
+        for number, product in enumerate(self.scheduled):
             schedule = product.sensor.schedule
             if isinstance(schedule, TickSchedule) and product.is_frozen and schedule.due_step <= target:
                 index = schedule.newest(target)
@@ -227,13 +211,13 @@ class SensorScheduler:
         self._rendered_step, self._rendered_version = steps, clock.version
         if clock.rate is not self._rate:
             self._take_rate()
-        if self._list.eager:
+        if self.eager:
             time = clock.time
             for product in tuple(self.products.values()):
                 if product.enabled:
                     self._render_one(product, steps, time)
         elif steps >= self._next_due:
-            for product in tuple(self._list.scheduled):
+            for product in tuple(self.scheduled):
                 self._render_if_due(product, steps)
         else:
             return
@@ -262,7 +246,7 @@ class SensorScheduler:
 
     def _bind(self) -> None:
         self._rate = self._clock.rate
-        for product in self._list.scheduled:
+        for product in self.scheduled:
             schedule = product.sensor.schedule
             if isinstance(schedule, TickSchedule):
                 schedule.bind(self._rate)
@@ -270,7 +254,7 @@ class SensorScheduler:
 
     def _find_next_due(self) -> None:
         due = NEVER
-        for product in self._list.scheduled:
+        for product in self.scheduled:
             schedule = product.sensor.schedule
             if isinstance(schedule, TickSchedule) and schedule.due_step < due:
                 due = schedule.due_step
@@ -298,7 +282,7 @@ class SensorScheduler:
                 self._deliver(product, tick)
 
     def _render_idle(self) -> None:
-        for product in tuple(self._list.eager):
+        for product in tuple(self.eager):
             schedule = product.sensor.schedule
             if isinstance(schedule, EveryUpdate) and not schedule.rate:
                 self._deliver(product, schedule.repeat(self._clock.time))

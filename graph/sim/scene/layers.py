@@ -14,7 +14,7 @@ import shlex
 import zipfile
 import zlib
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,9 +25,8 @@ from graph.base.shorten import listed
 
 from . import assets
 from .assets import StandIn
-from .crate import crate_entries
-from .crate_paths import has_path_tree
-from .diagnostics import quiet
+from .crate import crate_entries, has_path_tree
+from .diagnostics import Warn, quiet
 from .layer_contents import LayerContents, contents_of
 from .layer_text import MAX_NESTING, SCENE_SUFFIXES, depth, longest_text, may_compose, written_prims
 
@@ -69,9 +68,6 @@ def evaluated(asset: str, variables: Variables) -> tuple[str, str]:
     unset = sorted(set(result.usedVariables) - set(variables))
     why = f"; no expressionVariables give {', '.join(unset)}" if unset else ""
     return result.value, f"{result.value} does not exist (the variable expression {asset}{why})"
-
-
-Warn = Callable[[str, str, str], None]
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,10 +5,13 @@ from __future__ import annotations
 import weakref
 from collections.abc import Collection, Iterable, Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 from graph.base.paths import at_or_below
 from graph.base.records import dataclass
+from graph.sim.attributes import first_target
+
+JointKind = Literal["fixed", "revolute", "prismatic", "spherical", "d6", "distance"]
 
 GIVEN = "mjc:name"
 """Attribute of a prim that mirrors a part of an MJCF model, with that part's name there. The model defines the physics
@@ -193,10 +196,7 @@ def _read(stage: Any) -> Mechanisms:
         path = str(joint.GetPath())
         if not joint.GetJointEnabledAttr().Get(EARLIEST):
             continue
-        first, second = (
-            next((str(target.GetPrimPath()) for target in relationship.GetForwardedTargets()), "")
-            for relationship in (joint.GetBody0Rel(), joint.GetBody1Rel())
-        )
+        first, second = first_target(joint.GetBody0Rel()), first_target(joint.GetBody1Rel())
         links = link_of(first, second, False), link_of(second, first, path in roots)
         excluded = joint.GetExcludeFromArticulationAttr().Get(EARLIEST)
         joins = not excluded and not joint.GetPrim().IsA(UsdPhysics.DistanceJoint) and links[0] != links[1]

@@ -13,14 +13,13 @@ import numpy as np
 from graph.base import asset_roots
 from graph.base.records import dataclass, field
 from graph.base.suggest import did_you_mean
-from graph.sim.geometry.solids import SOLIDS
+from graph.sim.geometry.closed_forms import SOLIDS
 from graph.sim.scene.prim_paths import is_path
 from graph.sim.usd import Gf, Sdf, Tf, Usd, UsdGeom, UsdPhysics
 
 from . import assets, nonvisual, prim_attributes
 from .layers import Checked, check_scene
-from .prim_attributes import apply_schema, number, numbers
-from .prim_transforms import set_transform
+from .prim_attributes import apply_schema, number, numbers, set_transform
 from .stage import Warn
 
 SensorConfig = Callable[[Any, str, Any], None]
@@ -275,7 +274,7 @@ def _size(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]
 
 
 def _points(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[str]) -> None:
-    from graph.sim.geometry.triangulation import triangulate
+    from graph.sim.geometry.polygons import usable_faces
 
     done.update(("points", "faces"))
     if not prim.IsA(UsdGeom.Mesh):
@@ -290,7 +289,7 @@ def _points(context: PrimContext, prim: Any, keys: Keys, name: str, done: set[st
         counts.append(len(face))
         indices.extend(face)
     wrong: list[str] = []
-    triangulate(points, np.array(counts, dtype=np.int64), np.array(indices, dtype=np.int64), complain=wrong.append)
+    usable_faces(points, np.array(counts, dtype=np.int64), np.array(indices, dtype=np.int64), wrong.append)
     if wrong:
         raise ValueError(wrong[0].replace("; they are left out", "").replace(" and are left out", ""))
     mesh = UsdGeom.Mesh(prim)

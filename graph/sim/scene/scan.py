@@ -11,10 +11,11 @@ import numpy as np
 from graph.base.limits import check
 from graph.base.records import dataclass, field
 from graph.sim import transforms
+from graph.sim.attributes import first_target
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, Tf, Usd, UsdGeom, UsdPhysics
 
-from .mechanisms import GIVEN, Mechanisms, mechanisms_of
+from .mechanisms import GIVEN, JointKind, Mechanisms, mechanisms_of
 from .stage import meters_per_unit
 
 SOFT_TYPES = ("Mesh", "TetMesh", "Points")
@@ -30,6 +31,19 @@ SOFT = frozenset(
 )
 """Types of prims that deform if one of these schemas is applied."""
 
+SOFT_ATTACHMENTS = ("PhysxPhysicsAttachment", "OmniPhysicsVtxXformAttachment")
+"""Types of prims that attach deformables."""
+
+JOINT_KINDS: tuple[tuple[Any, JointKind], ...] = (
+    (UsdPhysics.FixedJoint, "fixed"),
+    (UsdPhysics.RevoluteJoint, "revolute"),
+    (UsdPhysics.PrismaticJoint, "prismatic"),
+    (UsdPhysics.SphericalJoint, "spherical"),
+    (UsdPhysics.DistanceJoint, "distance"),
+    (UsdPhysics.Joint, "d6"),
+)
+"""The schemas of joints, each before those from which it derives, and the kinds of joints in words."""
+
 GRIPPER, ATTACHMENTS = "IsaacSurfaceGripper", "isaac:attachmentPoints"
 """Type of a surface gripper's prim, and its relationship to the joints that are its attachment points."""
 
@@ -43,15 +57,6 @@ class BodyPrim:
     kinematic: bool
     given: str = ""
     """Its name in the MJCF model that the prim mirrors."""
-
-
-@dataclass(frozen=True)
-class ColliderPrim:
-    """A prim with a collider, and its body (None: the world)."""
-
-    path: str
-    prim: Any
-    body: str | None
 
 
 @dataclass(frozen=True)
@@ -71,7 +76,8 @@ class Scan:
     stage: Any
     meters_per_unit: float
     bodies: dict[str, BodyPrim] = field(default_factory=dict)
-    colliders: list[ColliderPrim] = field(default_factory=list)
+    colliders: dict[str, Any] = field(default_factory=dict)
+    """Prims with colliders by path."""
     joints: list[JointPrim] = field(default_factory=list)
     scenes: list[Any] = field(default_factory=list)
     articulation_roots: list[str] = field(default_factory=list)
@@ -174,7 +180,6 @@ def scan_stage(
     Raises OverLimit beyond the limit physics.parts.
     """
     scan = Scan(stage, meters_per_unit(stage), promoted=promoted or {}, placed=placed or {})
-    colliders: list[Any] = []
     joints: list[Any] = []
     for prim in stage.Traverse(Usd.TraverseInstanceProxies()):
         name = str(prim.GetTypeName())
@@ -209,15 +214,12 @@ def scan_stage(
                 scan.bodies[path] = BodyPrim(path, prim, bool(body.GetKinematicEnabledAttr().Get(EARLIEST)), given)
         collision = UsdPhysics.CollisionAPI(prim) if prim.HasAPI(UsdPhysics.CollisionAPI) else None
         if collision and collision.GetCollisionEnabledAttr().Get(EARLIEST):
-            colliders.append(prim)
+            scan.colliders[str(prim.GetPath())] = prim
         if prim.HasAPI(UsdPhysics.ArticulationRootAPI):
             scan.articulation_roots.append(str(prim.GetPath()))
         if varies:
             _add_animated(scan, prim)
     scan.driven = _driven(scan)
-    for prim in colliders:
-        path = str(prim.GetPath())
-        scan.colliders.append(ColliderPrim(path, prim, scan.body_of(path)))
     held = _attachments(scan)
     scan.joints = [joint for prim in joints if str(prim.GetPath()) not in held and (joint := _joint(scan, prim))]
     scan.moving = _moving(scan)
@@ -284,16 +286,9 @@ def _joint(scan: Scan, prim: Any) -> JointPrim | None:
     joint = UsdPhysics.Joint(prim)
     if not joint.GetJointEnabledAttr().Get(EARLIEST):
         return None
-    ends = []
-    for relationship in (joint.GetBody0Rel(), joint.GetBody1Rel()):
-        targets = relationship.GetForwardedTargets()
-        ends.append(str(targets[0].GetPrimPath()) if targets else None)
-    return JointPrim(
-        str(prim.GetPath()),
-        prim,
-        (ends[0], ends[1]),
-        (scan.body_of(ends[0] or ""), scan.body_of(ends[1] or "")),
-    )
+    first, second = first_target(joint.GetBody0Rel()), first_target(joint.GetBody1Rel())
+    bodies = scan.body_of(first), scan.body_of(second)
+    return JointPrim(str(prim.GetPath()), prim, (first or None, second or None), bodies)
 
 
 def _moving(scan: Scan) -> frozenset[str]:

@@ -6,6 +6,7 @@ from fractions import Fraction
 from typing import Any
 
 from graph.base import exact
+from graph.sim.attributes import applied_schemas, value_of
 
 EARTH_GRAVITY = 9.81
 
@@ -23,14 +24,6 @@ def scene_prims(stage: Any) -> Any:
     return (prim for prim in stage.Traverse() if prim.IsA(UsdPhysics.Scene))
 
 
-def authored(prim: Any, name: str) -> Any:
-    """The authored value of an attribute; None if it is not authored or blocked."""
-    from graph.sim.usd import EARLIEST
-
-    attribute = prim.GetAttribute(name)
-    return attribute.Get(EARLIEST) if attribute and attribute.HasAuthoredValue() else None
-
-
 def author(prim: Any, name: str, kind: str, value: Any) -> None:
     """Sets an attribute; a missing one is created with type `kind` (a name of `Sdf.ValueTypeNames`); None blocks it."""
     from graph.sim.usd import Sdf
@@ -44,11 +37,6 @@ def author(prim: Any, name: str, kind: str, value: Any) -> None:
     if not attribute:
         attribute = prim.CreateAttribute(name, getattr(Sdf.ValueTypeNames, kind), custom=False)
     attribute.Set(value)
-
-
-def applied_schemas(prim: Any) -> list[str]:
-    """The API schemas applied to a prim, including those that this USD does not know."""
-    return list(prim.GetPrimTypeInfo().GetAppliedAPISchemas())
 
 
 def _apply_schema(prim: Any, name: str) -> None:
@@ -69,7 +57,7 @@ def authored_rate(prim: Any) -> Fraction | None:
     unless PhysxSceneAPI, with the general default of 60 Hz, is applied too.
     """
     for name in RATE_ATTRIBUTES:
-        value = authored(prim, name)
+        value = value_of(prim, name)
         if value is None:
             continue
         try:

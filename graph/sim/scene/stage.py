@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -11,14 +11,12 @@ from typing import Any
 from graph.base.errors import RunError, UserError
 from graph.base.records import dataclass
 
-Warn = Callable[[str, str, str], None]
-"""Takes a warning: stable code, place, message."""
-
+from .diagnostics import Warn as Warn
 
 NEW_STAGE_TIME_CODES = 60.0
+"""timeCodesPerSecond of a stage without a file; also the timeline's default."""
 NEW_STAGE_RANGE = (0.0, 100.0)
 """Start and end time code of a new stage."""
-"""timeCodesPerSecond of a stage without a file; also the timeline's default."""
 
 
 def ignore_warning(code: str, where: str, message: str) -> None:
@@ -72,8 +70,8 @@ def open_stage(
         stage.SetEndTimeCode(NEW_STAGE_RANGE[1])
         return stage
     from .diagnostics import quiet
+    from .layer_text import leave_out_path_values
     from .layers import check_scene
-    from .path_values import leave_out_path_values
     from .stage_faults import check_metadata, repair_transforms, tell_assumed_units, tell_other_units
 
     file = Path(path).expanduser().absolute()
@@ -107,8 +105,8 @@ def add_scene(
     from graph.sim.usd import Sdf
 
     from .diagnostics import quiet
+    from .layer_text import leave_out_path_values
     from .layers import check_scene
-    from .path_values import leave_out_path_values
 
     variables = stage.GetRootLayer().expressionVariables
     folders = [Path(each) for each in roots]

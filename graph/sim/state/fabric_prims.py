@@ -137,13 +137,8 @@ class FabricPrim:
         """An attribute to be set; Fabric accepts values of any type, so `type_name` and `custom` have no effect."""
         return FabricAttribute(self._fabric, self._path, name)
 
-    IsValid, GetPath, HasAttribute, GetAttribute, CreateAttribute = (
-        is_valid,
-        get_path,
-        has_attribute,
-        get_attribute,
-        create_attribute,
-    )
+    IsValid, GetPath, HasAttribute = is_valid, get_path, has_attribute
+    GetAttribute, CreateAttribute = get_attribute, create_attribute
 
 
 def stale_message(cause: str) -> str:

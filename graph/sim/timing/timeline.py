@@ -16,10 +16,11 @@ from typing import Literal
 from graph.base import exact
 from graph.base.callables import check_callable
 from graph.base.errors import UserError
+from graph.base.suggesting import Suggesting
 from graph.sim import settings as keys
 from graph.sim.settings import Settings
 
-from .playhead import Playhead
+from .clocks import Counter
 
 State = Literal["stopped", "playing", "paused"]
 Change = Literal["play", "resume", "pause", "stop"]
@@ -28,8 +29,11 @@ Tick = Callable[[Fraction, Fraction], object]
 DEFAULT_END_TIME_CODE = 1_000_000
 
 
-class Timeline(Playhead):
-    """Timeline of one App. `on_change` is called with each state change at the moment it takes effect."""
+class Timeline(Suggesting):
+    """The timeline of one App: an exact time between a start and an end, where it loops back to the start, or stops.
+
+    `on_change` is called with each state change at the moment it takes effect.
+    """
 
     def __init__(self, settings: Settings, on_change: Callable[[Change], None] | None = None) -> None:
         self.delta = Fraction(0)
@@ -43,7 +47,13 @@ class Timeline(Playhead):
         self._state: State = "stopped"
         self._pending: list[State] = []
         self._rate = settings.rate(keys.TIME_CODES_PER_SECOND)
-        super().__init__(DEFAULT_END_TIME_CODE / self._rate)
+        self._start, self._end = Fraction(0), DEFAULT_END_TIME_CODE / self._rate
+        self._looping = True
+        self._clock = Counter(Fraction(1, 60))
+        # The count of the clock's present segment beyond which the end time is passed.
+        self._limit = 0
+        self._limit_base: Fraction | None = None
+        self._limit_step: Fraction | None = None
         self._auto_update = True
         self._fixed = False
         self._skipped = 0
@@ -53,6 +63,63 @@ class Timeline(Playhead):
         for path in (keys.FAST_MODE, keys.TARGET_FRAMERATE):
             settings.subscribe(path, lambda value: self._count_skips())
         self._count_skips()
+
+    @property
+    def current_time(self) -> Fraction:
+        """The exact time [s]."""
+        return self._clock.time
+
+    def get_current_time(self) -> float:
+        """The time [s]."""
+        return float(self._clock.time)
+
+    def set_current_time(self, time: float | Fraction) -> None:
+        """Moves to `time` [s]. Raises ValueError below 0 and before the start."""
+        moment = exact.duration(time)
+        if moment < min(self._start, Fraction(0)):
+            raise ValueError(f"current time {float(moment):g} s: give 0 s or more")
+        self._clock.set(moment)
+
+    @property
+    def start_time(self) -> Fraction:
+        """The exact time [s] to which stop and loops return."""
+        return self._start
+
+    def get_start_time(self) -> float:
+        """The time [s] to which stop and loops return."""
+        return float(self._start)
+
+    def set_start_time(self, time: float | Fraction) -> None:
+        """Sets the start [s]."""
+        self._start = exact.duration(time)
+
+    @property
+    def end_time(self) -> Fraction:
+        """The exact time [s] at which the timeline loops or stops."""
+        return self._end
+
+    def get_end_time(self) -> float:
+        """The time [s] at which the timeline loops or stops."""
+        return float(self._end)
+
+    def set_end_time(self, time: float | Fraction) -> None:
+        """Sets the end [s]."""
+        self._end = exact.duration(time)
+        self._limit_base = None
+
+    def set_range(self, start: Fraction, end: Fraction) -> None:
+        """Plays from `start` to `end` [s], and moves to the start."""
+        self._start, self._end = start, end
+        self._limit_base = None
+        self._clock.set(start)
+
+    def is_looping(self) -> bool:
+        """Whether it returns to the start at the end; otherwise it stops."""
+        return self._looping
+
+    def set_looping(self, looping: bool) -> None:
+        """Chooses what happens at the end."""
+        self._looping = looping
 
     def play(self) -> None:
         """Requests playing from the next update (or `commit()`) on."""
@@ -192,6 +259,23 @@ class Timeline(Playhead):
         if self._ticks and self.delta:
             self._tell_ticks()
         return self.delta
+
+    def _move(self, step: Fraction) -> None:
+        clock = self._clock
+        clock.advance(step)
+        if clock.base is not self._limit_base or step is not self._limit_step:
+            self._limit_base, self._limit_step = clock.base, clock.step
+            self._limit = math.floor((self._end - clock.base) / clock.step)
+        if clock.count > self._limit:
+            self._at_end()
+
+    def _at_end(self) -> None:
+        length = self._end - self._start
+        if self._looping and length > 0:
+            self._clock.set(self._start + (self._clock.time - self._start) % length)
+        else:
+            self._clock.set(self._end)
+            self.stop()
 
     def _tell_ticks(self) -> None:
         count = self.get_ticks_per_frame()

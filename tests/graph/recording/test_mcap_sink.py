@@ -22,7 +22,7 @@ from graph.recording.mcap_source import PROVENANCE
 from graph.recording.recovery import finish
 from graph.sim import App
 from graph.sim.messages.bus import MessageBus
-from graph.sim.messages.quality import Quality
+from graph.sim.messages.message import Quality
 from graph.sim.messages.ros_types import definition, deserialize, serialize
 from tests.support.programs import started
 from tests.support.ros_messages import CLOCK, CLOUD, clock, cloud

@@ -10,7 +10,7 @@ from graph.recording.mcap_sink import McapSink
 from graph.recording.mcap_source import McapSource
 from graph.recording.recovery import MAGIC, finish
 from graph.sim.messages.bus import MessageBus
-from graph.sim.messages.quality import Quality
+from graph.sim.messages.message import Quality
 from graph.sim.messages.ros_types import message_type
 
 STRING = "std_msgs/msg/String"

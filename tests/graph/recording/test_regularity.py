@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from graph.base.exact import nanoseconds
 from graph.recording.regularity import LISTED, Regularity
-from graph.sim.messages.cadence import Cadence
+from graph.sim.messages.message import Cadence
 
 MS = 10**6
 PATIENT = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])

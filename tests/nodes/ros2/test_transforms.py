@@ -201,7 +201,7 @@ def test_transforms_of_another_stamp_stay_apart(tmp_path):
 
 
 def test_transforms_of_another_quality_stay_apart(world):
-    from graph.sim.messages.quality import DEFAULT, Quality
+    from graph.sim.messages.message import DEFAULT, Quality
 
     app = world()
     for name, quality in (("a", DEFAULT), ("b", Quality(depth=1)), ("c", DEFAULT)):
@@ -211,7 +211,7 @@ def test_transforms_of_another_quality_stay_apart(world):
 
 
 def test_a_subscriber_in_the_graph_gets_every_message_at_once(world):
-    from graph.sim.messages.quality import DEFAULT
+    from graph.sim.messages.message import DEFAULT
     from nodes.ros2.messages import TRANSFORMS, transforms
 
     app = world()
@@ -221,7 +221,7 @@ def test_a_subscriber_in_the_graph_gets_every_message_at_once(world):
 
 
 def test_what_is_gathered_when_the_app_closes_is_not_lost(world):
-    from graph.sim.messages.quality import DEFAULT
+    from graph.sim.messages.message import DEFAULT
 
     app = world()
     app.bus.gather("/tf", "tf2_msgs/msg/TFMessage", ["one"], tuple, 5, DEFAULT)

@@ -7,7 +7,7 @@ import pytest
 from pxr import UsdPhysics
 
 from graph.sim import App
-from graph.sim.geometry.collect import Mesh
+from graph.sim.geometry.surfaces import Mesh
 from sensors.lidar.config import EmitterState
 from sensors.lidar.pattern import firing_pattern
 from sensors.lidar.returns import Shot, Targets

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from graph.base.errors import RunError
 from graph.sim.geometry.closed_forms import closed_form
-from graph.sim.geometry.collect import Mesh, Plane, Solid
+from graph.sim.geometry.surfaces import Mesh, Plane, Solid
 from sensors.raycast import triangles
 from sensors.raycast.bodies import FEW_RAYS
 from sensors.raycast.rays import RayBundle, RayMemory

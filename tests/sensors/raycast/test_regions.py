@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from graph.sim.geometry.collect import Mesh
+from graph.sim.geometry.surfaces import Mesh
 from sensors.raycast.rays import RayBundle
 from sensors.raycast.standing import CELLS, Regions
 from sensors.raycast.world import CastWorld

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from graph.sim.geometry.collect import Mesh, Plane
+from graph.sim.geometry.surfaces import Mesh, Plane
 from sensors.raycast.shadows import Shadows
 from sensors.raycast.world import CastWorld
 

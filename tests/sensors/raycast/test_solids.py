@@ -8,8 +8,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from graph.sim.geometry.closed_forms import closed_form
-from graph.sim.geometry.collect import Mesh, Plane, Solid
 from graph.sim.geometry.shapes import solid
+from graph.sim.geometry.surfaces import Mesh, Plane, Solid
 from sensors.raycast.alone import cast_alone
 from sensors.raycast.rays import RayBundle
 from sensors.raycast.windows import RayGrid

@@ -22,7 +22,7 @@ from graph.recording.transports.sink import LiveSink
 from graph.recording.transports.targets import read_targets
 from graph.recording.transports.transport import NotSentError, Outgoing
 from graph.sim.messages.bus import MessageBus, Topic
-from graph.sim.messages.quality import Quality
+from graph.sim.messages.message import Quality
 from graph.sim.messages.ros_fields import from_plain
 from graph.sim.messages.ros_types import message_type, serialize
 from wings.transports.dds import open_transport, qos

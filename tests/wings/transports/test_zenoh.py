@@ -10,7 +10,7 @@ import pytest
 from graph.recording.transports.sink import LiveSink
 from graph.recording.transports.targets import Target
 from graph.sim.messages.bus import MessageBus, Topic
-from graph.sim.messages.quality import Quality
+from graph.sim.messages.message import Quality
 from graph.sim.messages.ros_types import deserialize, message_type
 from tests.support.live_rig import CLOUDS, digests, free_port, heard, listening, recorded, run_rig, write_rig
 from wings.transports.rmw_zenoh import attachment, gid, node_token, quality_key, topic_key, topic_token

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from graph.sim import transforms
 from graph.sim.transforms import Floats
 
-from .library import mujoco
+from .library import WIDTHS, mujoco
 
 TURN = 0.25
 """A free chain begins with parts of a step in which no joint turns farther than this [rad]."""
@@ -41,7 +41,6 @@ BALL_TURN = 0.4
 STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 
 _KINDS = mujoco.mjtJoint
-_WIDTHS = {int(_KINDS.mjJNT_FREE): (7, 6), int(_KINDS.mjJNT_BALL): (4, 3)}
 _OFF = mujoco.mjtDisableBit
 _SMOOTH = int(_OFF.mjDSBL_CONSTRAINT) | int(_OFF.mjDSBL_ACTUATION)
 
@@ -296,7 +295,7 @@ def _wheels(model: Any) -> NDArray[np.bool_]:
 
 def _places(model: Any, joints: NDArray[np.intp]) -> tuple[NDArray[np.intp] | slice, NDArray[np.intp] | slice]:
     """The coordinates, and the coordinates of velocity, of some joints; slices where they follow one another."""
-    widths = [_WIDTHS.get(int(model.jnt_type[joint]), (1, 1)) for joint in joints]
+    widths = [WIDTHS.get(int(model.jnt_type[joint]), (1, 1)) for joint in joints]
     positions = [np.arange(n) + model.jnt_qposadr[j] for j, (n, _) in zip(joints, widths, strict=True)]
     speeds = [np.arange(n) + model.jnt_dofadr[j] for j, (_, n) in zip(joints, widths, strict=True)]
     return _run(np.concatenate(positions)), _run(np.concatenate(speeds))

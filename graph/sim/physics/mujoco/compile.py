@@ -14,13 +14,12 @@ from graph.base.errors import UserError
 from graph.base.records import dataclass, field
 from graph.sim import transforms
 from graph.sim.physics.authored_settings import StoredSettings
-from graph.sim.physics.contact_materials import Touch
+from graph.sim.physics.contact_materials import Material
 from graph.sim.physics.filters import bits
 from graph.sim.physics.joint_tree import Forest, grow_forest
 from graph.sim.physics.mass_properties import Inertia, body_inertia
-from graph.sim.physics.soft import Soft
 from graph.sim.physics.solver import CHOICES, SWITCHES, SolverOptions, chosen
-from graph.sim.physics.world_model import Body, Collider, Gripper, Joint, Volume, WorldModel
+from graph.sim.physics.world_model import Body, Collider, Gripper, Joint, Soft, Volume, WorldModel
 from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 
@@ -28,10 +27,9 @@ from .constraints import add_drive, add_grips, add_joints, add_ties, kept_apart,
 from .contacts import add_pairs, plan_contacts
 from .deformables import add_soft
 from .geoms import Grip, Meshes, Shape, add_geom, compiled, measured, new_spec, still
-from .library import mujoco
-from .memory import give_memory
+from .library import give_memory, mujoco
+from .queries import GROUP
 from .restitution import NO_RESTITUTION, Restitution
-from .triggers import GROUP
 
 if TYPE_CHECKING:
     from graph.sim.fidelity import Fidelity
@@ -71,7 +69,7 @@ class Compiled:
     kinematic: tuple[str, ...]
     grippers: tuple[Gripper, ...] = ()
     start: Start | None = None
-    touches: Mapping[str, Touch] = field(default_factory=dict)
+    touches: Mapping[str, Material] = field(default_factory=dict)
     """The explicit pairs of the model by name."""
     softs: tuple[Soft, ...] = ()
     restitution: Restitution = NO_RESTITUTION

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from graph.base.records import dataclass
-from graph.sim.physics.contact_materials import Material, Touch, touch
+from graph.sim.physics.contact_materials import Material, touch
 from graph.sim.physics.world_model import Collider
 from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
@@ -55,7 +55,7 @@ class Pair:
 
     first: int
     second: int
-    touch: Touch
+    touch: Material
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ def plan_contacts(
     return Plan(friction[number], priority[number], tuple(pairs), restitution)
 
 
-def _special(want: Touch) -> bool:
+def _special(want: Material) -> bool:
     return want.static > want.sliding
 
 
@@ -133,7 +133,7 @@ def _given(a: int, b: int, friction: Floats, priority: NDArray[np.intp]) -> floa
 
 def _fit(
     a: int,
-    wanted: dict[tuple[int, int], Touch],
+    wanted: dict[tuple[int, int], Material],
     friction: Floats,
     priority: NDArray[np.intp],
     count: NDArray[np.intp],
@@ -164,7 +164,7 @@ def _pairs(
                 yield int(i), int(j)
 
 
-def add_pairs(spec: Any, names: Sequence[str], plan: Plan, meet: Callable[[int, int], bool]) -> dict[str, Touch]:
+def add_pairs(spec: Any, names: Sequence[str], plan: Plan, meet: Callable[[int, int], bool]) -> dict[str, Material]:
     """Writes the explicit pairs of colliders that can collide into a spec; returns their contact properties by name."""
     out = {}
     spec.default.pair.condim, spec.default.pair.solimp = 3, FIRM
@@ -186,7 +186,7 @@ def add_pairs(spec: Any, names: Sequence[str], plan: Plan, meet: Callable[[int, 
 class Contacts:
     """The explicit pairs of a model while it runs: switches friction when they slide."""
 
-    def __init__(self, model: Any, touches: Mapping[str, Touch]) -> None:
+    def __init__(self, model: Any, touches: Mapping[str, Material]) -> None:
         """touches: by the names of pairs of the model."""
         self._model = model
         held = [(int(model.pair(name).id), touch) for name, touch in touches.items()]

@@ -8,50 +8,41 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from graph.base.errors import RunError
 from graph.sim import transforms
-from graph.sim.physics import protocol
-from graph.sim.physics.protocol import PhysicsEngine, Rows, Snapshot
+from graph.sim.physics.protocol import Snapshot
 from graph.sim.physics.world_model import BodyForce, WorldModel
 from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
 
 from .body_forces import BodyForces
-from .box_queries import BoxQueries
 from .compile import Compiled
 from .contacts import Contacts
-from .deformables import Deformables
+from .deformables import Deformables, Flexes
 from .drives import Drives
-from .flexes import Flexes
-from .forces import colliders_of, contacts_of
 from .grippers import WeldGripper
-from .initial_state import set_initial_state
-from .joints import Joints
-from .library import mujoco
-from .memory import state_of
+from .joints import EngineJoints
+from .library import mujoco, state_of
 from .monitor import Monitor
 from .motors import Motors
-from .ray_queries import ray_hits
+from .queries import EngineQueries
 from .restitution import Bounces
-from .snapshot import Motion, MujocoSnapshot
 from .speed_limits import SpeedLimits
+from .state import Motion, MujocoSnapshot, set_initial_state
 from .step_size import check_drives
 from .substeps import Substeps
 from .surfaces import Surfaces
-from .triggers import triggered
 
 Compile = Callable[[WorldModel, Fraction, Warn], Compiled]
 """Makes the model of a world, with this time step."""
 
 
-class MujocoEngine(PhysicsEngine):
+class MujocoEngine(EngineJoints, EngineQueries):
     """The bodies of a playing world.
 
-    `model` and `data` are MuJoCo's own; only this package and `graph.sim.mjcf` read them.
-
-    Bodies are numbered from 1 in the model, in the order of `body_paths`.
+    `model` and `data` are MuJoCo's own; only this package and `graph.sim.mjcf` read them. Bodies are numbered from 1 in
+    the model, in the order of `body_paths`. Methods of the protocol are documented there.
     """
 
     name = "mujoco"
@@ -81,10 +72,8 @@ class MujocoEngine(PhysicsEngine):
         self._rotations: Floats = self.data.xmat[bodies].reshape(-1, 3, 3)
         self._motion = Motion(self.model, len(self.body_paths))
         self._surfaces: Surfaces | None = None
-        self._joints: Joints | None = None
-        self._boxes: BoxQueries | None = None
-        self._balls: BoxQueries | None = None
-        self._colliders: list[tuple[str, str]] | None = None
+        for of_the_last_model in ("_places", "colliders", "_boxes", "_spheres"):
+            vars(self).pop(of_the_last_model, None)
         self._stale = False
         self.taken = 0
         self.drives = Drives(self.model, self.joints)
@@ -106,7 +95,7 @@ class MujocoEngine(PhysicsEngine):
 
     def adopt(self, world: WorldModel, kept: frozenset[str] | None, warn: Warn) -> None:
         """Continues with another world, see `PhysicsEngine`."""
-        from .state_transfer import Leaving
+        from .state import Leaving
 
         compiled = self._compile(world, self.dt, warn)
         leaving = Leaving(self) if kept is not None else None
@@ -262,7 +251,7 @@ class MujocoEngine(PhysicsEngine):
 
     def set_masses(self, paths: Sequence[str], masses: Floats | None, diagonals: Floats | None) -> None:
         """Masses [kg] and moments of inertia [kg m2] of free bodies; see `PhysicsEngine`."""
-        from .mass_changes import set_masses
+        from .body_forces import set_masses
 
         set_masses(self, paths, masses, diagonals)
         self.forces.set_authored(self.world.forces)
@@ -342,97 +331,7 @@ class MujocoEngine(PhysicsEngine):
         self.forces.set_authored(forces)
         self._after_step = tuple(self._followers())
 
-    # -- joints ------------------------------------------------------------------------------------------------------
-
-    @property
-    def _rows(self) -> Joints:
-        if self._joints is None:
-            self._joints = Joints(self)
-        return self._joints
-
-    def joint_positions(self, rows: Rows) -> Floats:
-        """(n,) [rad or m]."""
-        return self._rows.positions(rows)
-
-    def joint_velocities(self, rows: Rows) -> Floats:
-        """(n,) [rad/s or m/s]."""
-        return self._rows.velocities(rows)
-
-    def joint_efforts(self, rows: Rows) -> Floats:
-        """(n,) in the last step [N m or N]."""
-        return self._rows.efforts(rows)
-
-    def joint_reactions(self, rows: Rows) -> Floats:
-        """(n, 6) in the last step [N], [N m]."""
-        return self._rows.reactions(rows)
-
-    def driven(self, rows: Rows) -> NDArray[np.bool_]:
-        """(n,) which joints follow targets."""
-        return self._rows.driven(rows)
-
-    def set_joint_positions(self, rows: Rows, positions: Floats) -> None:
-        """Put joints at positions [rad or m]."""
-        self._rows.set_positions(rows, positions)
-        self._stale = True
-
-    def set_joint_velocities(self, rows: Rows, velocities: Floats) -> None:
-        """Give joints velocities [rad/s or m/s]."""
-        self._rows.set_velocities(rows, velocities)
-
-    def set_joint_targets(
-        self, rows: Rows, positions: Floats | None, velocities: Floats | None, efforts: Floats | None
-    ) -> None:
-        """Sets the targets of drives and of the model's own actuators, and efforts."""
-        self._rows.set_targets(rows, positions, velocities, efforts)
-
-    def motion_terms(self, bodies: Sequence[str], rows: Rows, base: str | None) -> protocol.MotionTerms:
-        """Jacobians, inertia, gravity and velocity terms, see `PhysicsEngine`."""
-        from .dynamics import motion_terms
-
-        return motion_terms(self, bodies, self._rows.dofs(rows), base)
-
-    # -- contacts, grippers, belts, deformables ----------------------------------------------------------------------
-
-    @property
-    def colliders(self) -> list[tuple[str, str]]:
-        """For each geom, the paths of its collider and of its body (empty: static)."""
-        if self._colliders is None:
-            self._colliders = colliders_of(self.model, self.body_paths, self.compiled.geom_paths)
-        return self._colliders
-
-    def contacts(self) -> protocol.Contacts:
-        """The contacts with forces in the last step."""
-        return contacts_of(self)
-
-    def triggered(self) -> dict[str, tuple[str, ...]]:
-        """By the path of each trigger, the paths of the colliders that are inside now."""
-        return triggered(self)
-
-    def overlapping(self, pose: Floats, half: Floats) -> list[tuple[str, str]]:
-        """Paths of the colliders in a box and of their bodies, see `PhysicsEngine`."""
-        if self._boxes is None:
-            self._boxes = BoxQueries(self)
-        return self._boxes.overlapping(pose, half)
-
-    def overlapping_sphere(self, center: Floats, radius: float) -> list[tuple[str, str]]:
-        """Paths of the colliders in a sphere and of their bodies, see `PhysicsEngine`."""
-        pose = np.eye(4)
-        pose[:3, 3] = center
-        return self._sphere_queries.overlapping(pose, np.full(3, radius))
-
-    def sphere_hits(self, origin: Floats, direction: Floats, radius: float, most: float) -> list[protocol.RayHit]:
-        """The colliders that a swept sphere hits, see `PhysicsEngine`."""
-        return self._sphere_queries.swept(origin, direction, radius, most)
-
-    @property
-    def _sphere_queries(self) -> BoxQueries:
-        if self._balls is None:
-            self._balls = BoxQueries(self, mujoco.mjtGeom.mjGEOM_SPHERE)
-        return self._balls
-
-    def ray_hits(self, origin: Floats, direction: Floats, most: float) -> list[protocol.RayHit]:
-        """The colliders that a ray hits, see `PhysicsEngine`."""
-        return ray_hits(self, origin, direction, most)
+    # -- grippers, belts, deformables --------------------------------------------------------------------------------
 
     def gripper(self, path: str) -> WeldGripper:
         """The surface gripper at a path. Raises RunError if the path has no gripper."""

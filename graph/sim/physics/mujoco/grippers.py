@@ -12,7 +12,7 @@ from graph.sim.transforms import Floats
 
 from .constraints import weld_name
 from .library import mujoco
-from .triggers import SOLID
+from .queries import SOLID
 
 if TYPE_CHECKING:
     from .engine import MujocoEngine

@@ -1,20 +1,23 @@
-"""Warnings while physics runs: wrong forces, dropped contacts, bodies that sink, tumble too fast or are far away."""
+"""Warnings while physics runs: wrong forces, dropped contacts, bodies that sink, tumble too fast or are far away; and
+the message about a simulation that diverged.
+"""
 
 from __future__ import annotations
 
+import math
 import sys
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from graph.base.records import dataclass
 from graph.sim.scene.stage import Warn
+from graph.sim.transforms import Floats
 
 from .body_watch import BodyWatch
 from .compile import lightest_share
-from .divergence import divergence
 from .library import mujoco
-from .overlaps import DEEP, Overlap, deepest_overlap, partners
-from .step_size import LOST, RK4, Tumbling
+from .step_size import EXPLICIT, LOST, RK4, Tumbling, unstable_drive
 
 if TYPE_CHECKING:
     from .engine import MujocoEngine
@@ -237,3 +240,87 @@ class Monitor:
             f"it and {against} overlap by {now.depth:.2g} m and stay so: {why}; {better}, or lower "
             "physics.contact_softness",
         )
+
+
+DEEP = 0.01
+"""Bodies that overlap by more than this [m] do not rest on each other: they are pushed apart, or sink."""
+
+
+@dataclass(frozen=True, slots=True)
+class Overlap:
+    """A pair of bodies of the model in contact, the lower number first (0: what stands), and how deep [m]."""
+
+    bodies: tuple[int, int]
+    depth: float
+
+
+def deepest_overlap(engine: MujocoEngine, body: int | None = None) -> Overlap | None:
+    """The deepest overlap of rigid bodies that push each other, or of one body with others; None without any."""
+    sides, depths = _pushing(engine)
+    if body is not None:
+        depths = np.where((sides == body).any(axis=1), depths, -np.inf)
+    if not depths.size or not math.isfinite(depths.max()):
+        return None
+    first, second = sorted(sides[depths.argmax()].tolist())
+    return Overlap((first, second), float(depths.max()))
+
+
+def partners(engine: MujocoEngine, body: int) -> list[int]:
+    """The bodies that push a body, and the body itself."""
+    sides, _ = _pushing(engine)
+    return [body, *np.unique(sides[(sides == body).any(axis=1)]).tolist()]
+
+
+def _pushing(engine: MujocoEngine) -> tuple[Any, Floats]:
+    """The bodies (n, 2) of the contacts between rigid bodies that push, and their depths (n,) [m]."""
+    contact = engine.data.contact
+    geoms = np.asarray(contact.geom)
+    pushes = (geoms >= 0).all(axis=1) & (np.asarray(contact.efc_address) >= 0)
+    return engine.model.geom_bodyid[geoms[pushes]], -np.asarray(contact.dist, np.float64)[pushes]
+
+
+_KINDS = mujoco.mjtWarning
+_STATE = {
+    int(_KINDS.mjWARN_BADQPOS): ("a position", "qpos"),
+    int(_KINDS.mjWARN_BADQVEL): ("a velocity", "qvel"),
+    int(_KINDS.mjWARN_BADQACC): ("an acceleration", "qacc"),
+}
+"""The kinds of warnings that mean divergence: the state that is NaN or above 1e10, and its array."""
+
+
+def divergence(engine: MujocoEngine, spinning: str) -> str:
+    """The message about a failed step; spinning: the path of a body that turned too fast for its steps, if any."""
+    model, data = engine.model, engine.data
+    kind = next(kind for kind in _STATE if data.warning.number[kind])
+    place = int(data.warning[kind].lastinfo)
+    if kind == int(_KINDS.mjWARN_BADQPOS):
+        joint = int(np.searchsorted(model.jnt_qposadr, place, side="right")) - 1
+        body = int(model.jnt_bodyid[joint])
+    else:
+        body = int(model.dof_bodyid[place])
+    name, values = _STATE[kind]
+    cause, hint = _cause(engine, body, spinning)
+    return (
+        f"{engine.body_name(body)}: the simulation diverged here, at {float(data.time):.6g} s of physics: "
+        f"{name} became {float(getattr(data, values)[place]):.3g}{cause}. {hint}"
+    )
+
+
+def _cause(engine: MujocoEngine, body: int, spinning: str) -> tuple[str, str]:
+    """The likely cause as the end of a sentence, and what to do."""
+    if drive := unstable_drive(engine):
+        path, needed = drive
+        kind = EXPLICIT[int(engine.model.opt.integrator)]
+        return (
+            f", for the drive of {path} is too stiff for {kind} at {1 / float(engine.dt):g} Hz",
+            f"Raise physics_hz to {math.ceil(needed):,}, or leave physics.integrator out",
+        )
+    if spinning == engine.body_name(body):
+        better = "" if int(engine.model.opt.integrator) == RK4 else ", or set physics.integrator to rk4"
+        return ", for it turned too far in a step", f"Raise physics_hz{better}"
+    overlap = deepest_overlap(engine, body)
+    if overlap is not None and overlap.depth > DEEP:
+        names = [engine.body_name(one) for one in overlap.bodies if one not in (0, body)]
+        against = names[0] if names else "static geometry"
+        return f", for it overlapped {against} by {overlap.depth:.3g} m", "Move them apart, or raise physics_hz"
+    return "", "Raise physics_hz, lower the stiffness, speeds or mass ratios around it, or move apart what overlaps"

@@ -13,8 +13,7 @@ from graph.sim.transforms import Floats
 
 from .chains import STATE, Chains, chains_of
 from .constraints import HARDEST
-from .library import mujoco
-from .memory import state_of
+from .library import mujoco, state_of
 
 if TYPE_CHECKING:
     from .engine import MujocoEngine

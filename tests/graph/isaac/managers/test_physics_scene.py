@@ -10,8 +10,8 @@ import pytest
 from graph.base.errors import RunError
 from graph.isaac.managers.physics_scene import steps_per_second
 from graph.sim import App, NewtonMjcScene, PhysicsScene, PhysxGpuCfg, PhysxScene
+from graph.sim.attributes import applied_schemas
 from graph.sim.scene.prims import author_prims
-from graph.sim.scene.scene_attributes import applied_schemas
 from graph.sim.scene.stage import open_stage
 from graph.sim.usd import Gf, Sdf, UsdGeom, UsdPhysics
 

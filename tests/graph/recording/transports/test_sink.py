@@ -9,7 +9,7 @@ from graph.recording.transports.sink import LiveSink
 from graph.recording.transports.transport import NotSentError
 from graph.sim import App
 from graph.sim.messages.bus import MessageBus
-from graph.sim.messages.quality import Quality
+from graph.sim.messages.message import Quality
 from graph.sim.messages.ros_types import deserialize, message_type, serialize
 
 STRING = "std_msgs/msg/String"

@@ -7,7 +7,8 @@ from pxr import Gf, Usd, UsdGeom, UsdPhysics
 from graph.base import limits
 from graph.base.errors import UserError
 from graph.sim.geometry.closed_forms import closed_form
-from graph.sim.geometry.collect import Mesh, Solid, collect_geometry
+from graph.sim.geometry.collect import collect_geometry
+from graph.sim.geometry.surfaces import Mesh, Solid
 
 
 def stage_with(kind, body=False, **attributes):

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from graph.sim.geometry.collect import Mesh, Plane, collect_geometry
+from graph.sim.geometry.collect import collect_geometry
+from graph.sim.geometry.surfaces import Mesh, Plane
 from graph.sim.scene.prims import author_prims
 from graph.sim.scene.stage import open_stage
 from graph.sim.usd import UsdGeom, Vt

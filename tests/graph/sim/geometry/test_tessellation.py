@@ -6,8 +6,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from graph.sim.geometry import tessellation
-from graph.sim.geometry.triangulation import triangulate
+from graph.sim.geometry.polygons import triangles_of, usable_faces
 from tests.support.collected_meshes import volume_within
+
+
+def triangulate(points, counts, indices, holes=(), flip=False, complain=lambda message: None):
+    """Triangles (m, 3) of polygons, in face order, and the face that each comes from."""
+    faces = usable_faces(points, counts, indices, complain)
+    return triangles_of(points, faces.only(~np.isin(faces.source, holes)), flip)
 
 
 def planes(vertices, triangles):

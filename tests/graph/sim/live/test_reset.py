@@ -7,7 +7,7 @@ import pytest
 
 from graph.base.errors import RunError, UserError
 from graph.sim import App
-from graph.sim.live.reset import Reset
+from graph.sim.live.editing import Reset
 from graph.sim.usd import Gf, UsdPhysics
 
 PRIMS = {

@@ -105,7 +105,7 @@ def test_time_in_sinks_is_measured():
 
 
 def test_what_was_due_adds_up_over_plays_and_keeps_no_publisher():
-    from graph.sim.messages.cadence import Cadence, Ticks
+    from graph.sim.messages.message import Cadence, Ticks
 
     bus, ticks = MessageBus(), Ticks()
     topic = bus.advertise("/points", "std_msgs/msg/String", cadence=Cadence("/World/Lidar", Fraction(20), 2, ticks))

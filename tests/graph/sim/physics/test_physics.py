@@ -294,7 +294,7 @@ def test_a_step_is_one_mujoco_step(world):
 def test_crowds_take_memory_by_their_number_not_by_its_square():
     """MuJoCo's own estimate for 1100 free bodies is above 2 GiB, for 6000 above any machine's."""
     from graph.sim.physics.mujoco.compile import compile_world
-    from graph.sim.physics.mujoco.memory import CROWD_MEMORY
+    from graph.sim.physics.mujoco.library import CROWD_MEMORY
     from graph.sim.physics.solver import UNCHOSEN
     from graph.sim.physics.world_model import Body, Collider, WorldModel
 

@@ -7,8 +7,7 @@ import pytest
 
 from graph.base import limits
 from graph.base.errors import UserError
-from graph.sim.scene.crate import crate_entries
-from graph.sim.scene.crate_paths import has_path_tree
+from graph.sim.scene.crate import crate_entries, has_path_tree
 from graph.sim.scene.stage import open_stage
 from graph.sim.usd import Sdf
 

@@ -10,7 +10,7 @@ import pytest
 from graph.base.errors import RunError, UserError
 from graph.sim import App, MemorySink
 from graph.sim import settings as keys
-from graph.sim.timing.parity import DIFFERENCES, DOCUMENTED, PRODUCT
+from graph.sim.settings import DEFAULTS, DOCUMENTED, PRODUCT, PRODUCT_DEFAULTS
 from tests.support.lidar_texts import lidar_graph
 from tests.support.noting_sensor import NotingSensor, add
 
@@ -93,14 +93,14 @@ def run(tmp_path):
 
 def both(setting):
     """(parity, settings, value): each profile's default, and each value set by itself against the other profile."""
-    one = next(difference for difference in DIFFERENCES if difference.setting == setting)
+    documented, product = DEFAULTS[setting], PRODUCT_DEFAULTS[setting]
     return pytest.mark.parametrize(
         ("parity", "settings", "value"),
         [
-            (DOCUMENTED, {}, one.documented),
-            (PRODUCT, {}, one.product),
-            (DOCUMENTED, {setting: one.product}, one.product),
-            (PRODUCT, {setting: one.documented}, one.documented),
+            (DOCUMENTED, {}, documented),
+            (PRODUCT, {}, product),
+            (DOCUMENTED, {setting: product}, product),
+            (PRODUCT, {setting: documented}, documented),
         ],
         ids=["documented", "product", "set in documented", "set in product"],
     )
@@ -109,14 +109,11 @@ def both(setting):
 def test_the_documented_profile_is_the_default():
     with App() as app:
         assert app.parity == DOCUMENTED
-        assert {d.setting: app.settings.get(d.setting) for d in DIFFERENCES} == {
-            d.setting: d.documented for d in DIFFERENCES
-        }
+        assert {path: app.settings.get(path) for path in DEFAULTS} == DEFAULTS
 
 
-def test_every_difference_is_a_difference_and_is_reported():
-    assert all(one.product != one.documented and one.doc for one in DIFFERENCES)
-    assert len({one.setting for one in DIFFERENCES}) == len(DIFFERENCES)
+def test_every_difference_is_a_difference():
+    assert all(product != DEFAULTS[path] for path, product in PRODUCT_DEFAULTS.items())
 
 
 @both(keys.WARM_UP_STEPS)
@@ -538,7 +535,7 @@ def test_row_ids_without_a_map_entry(tmp_path, parity, settings, value):
 def test_parity_of_a_file_reaches_every_part(run):
     app = run(LIDAR, PRODUCT)
     assert app.parity == PRODUCT
-    assert {d.setting: app.settings.get(d.setting) for d in DIFFERENCES} == {d.setting: d.product for d in DIFFERENCES}
+    assert {path: app.settings.get(path) for path in PRODUCT_DEFAULTS} == PRODUCT_DEFAULTS
 
 
 def test_what_a_user_sets_wins_over_the_profile(run):

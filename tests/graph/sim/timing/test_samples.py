@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from graph.sim.timing.clocks import PhysicsClock
-from graph.sim.timing.samples import CAPACITY, TimeSamples
+from graph.sim.timing.time_queries import CAPACITY, TimeSamples
 
 
 def recorded(updates, steps=1):

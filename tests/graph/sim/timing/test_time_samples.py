@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from graph.sim import App, VirtualClock
 from graph.sim import settings as keys
 from graph.sim.timing.clocks import PhysicsClock
-from graph.sim.timing.samples import CAPACITY, TimeSamples
+from graph.sim.timing.time_queries import CAPACITY, TimeSamples
 
 PRODUCT = "isaacsim-6.0.1"
 PER_SUBSTEP = {keys.WARM_UP_STEPS: 0}
