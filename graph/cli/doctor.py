@@ -13,6 +13,7 @@ from importlib import metadata
 from pathlib import Path
 
 from graph.base.errors import UserError
+from graph.base.work import usable_cores
 
 from . import device, extremes, warming
 from .printing import say, say_json
@@ -216,8 +217,7 @@ def _version(distribution: str) -> str | None:
 
 
 def _cores() -> Finding:
-    usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    return Finding("cores", "ok", f"{usable} usable of {os.cpu_count()}")
+    return Finding("cores", "ok", f"{usable_cores()} usable of {os.cpu_count()}")
 
 
 def _memory() -> Finding:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_all_start_methods, get_context
 from typing import Any
+
+from graph.base.work import usable_cores
 
 from .compile_time import COMPILING
 from .functions import Inlined
@@ -31,7 +32,7 @@ def warm(jobs: int | None = None) -> Iterator[tuple[int, int]]:
         return
     # Forked processes need not import Numba again.
     context = get_context("fork" if "fork" in get_all_start_methods() else "spawn")
-    with ProcessPoolExecutor(min(jobs or len(os.sched_getaffinity(0)), len(numbers)), context) as pool:
+    with ProcessPoolExecutor(min(jobs or usable_cores(), len(numbers)), context) as pool:
         waiting = [pool.submit(_compile, number) for number in numbers]
         for done, one in enumerate(as_completed(waiting), start=1):
             one.result()

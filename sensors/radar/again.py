@@ -18,7 +18,7 @@ from .rays import Tubes
 from .scattering import MIRROR, Arrivals, Fields, arrived, reflect_back, scatter_again, scatter_back
 from .setting import Faces, Setting, Space, with_hits
 from .sight import HIDDEN, SIGHT_M, UNKNOWN, Sights, looks
-from .waves import MET, Sent, Waves, echo_of, meets, send_on, wave_of, write
+from .waves import MET, Met, Sent, Waves, echo_of, meets, send_on, wave_of, write
 
 
 class Facing(NamedTuple):
@@ -58,9 +58,9 @@ class Facing(NamedTuple):
         return found
 
 
-class Again(NamedTuple):
-    """What waves meet after a reflection; room for what may be: what comes back the way that they came, what goes on,
-    the curved faces (k,) of `MET`, and what of it all the radar may see.
+class AgainRoom(NamedTuple):
+    """Room for what waves may meet after a reflection: what comes back the way that they came, what goes on, the curved
+    faces (k,) of `MET`, and what of it all the radar may see.
     """
 
     scattered: Sums
@@ -69,28 +69,39 @@ class Again(NamedTuple):
     facing: Facing
 
     @classmethod
-    def room(cls, setting: Setting, waves: Waves) -> Again:
+    def room(cls, setting: Setting, waves: Waves) -> AgainRoom:
         """For what these meet."""
         count, goes_on = len(waves.each), waves.bounce < setting.bounces
         curved = np.empty(count if setting.planes.any_curved else 0, MET)
         return cls(Sums.room(count), Sent.room(count if goes_on else 0), curved, Facing.room(count))
 
 
-def again(setting: Setting, tubes: Tubes, waves: Waves, hits: Hits, bins: Bins, sights: Sights) -> tuple[Again, Faces]:
-    """What waves meet, of which faces, and what becomes of them."""
+class Again(NamedTuple):
+    """What waves meet after a reflection, as `AgainRoom`; the faces that they may meet."""
+
+    scattered: Sums
+    sent: Sent
+    curved: Met
+    facing: Facing
+    faces: Faces
+
+
+def again(setting: Setting, tubes: Tubes, waves: Waves, hits: Hits, bins: Bins, sights: Sights) -> Again:
+    """What waves meet, and what becomes of them."""
     faces, face = _faces(setting, tubes, waves, hits)
-    found, space = Again.room(setting, waves), setting.space(faces)
-    sent, curved, *facing = _again(waves, hits.distance, face, tubes, space, bins, sights, found)
-    return Again(found.scattered, found.sent.first(sent), found.curved[:curved], found.facing.first(*facing)), faces
+    room, space = AgainRoom.room(setting, waves), setting.space(faces)
+    sent, bent, *facing = _again(waves, hits.distance, face, tubes, space, bins, sights, room)
+    met = Met(waves.bounce, waves.images, setting.faces, room.curved[:bent])
+    return Again(room.scattered, room.sent.first(sent), met, room.facing.first(*facing), faces)
 
 
 def straight_back(
-    setting: Setting, tubes: Tubes, waves: Waves, faces: Faces, facing: Facing, seen: np.ndarray, bins: Bins
+    setting: Setting, tubes: Tubes, waves: Waves, found: Again, seen: np.ndarray, bins: Bins
 ) -> tuple[Sums, Arrivals]:
     """What comes straight back of faces that are seen; seen: (m,) bool."""
-    count = len(facing.wave)
+    facing, count = found.facing, len(found.facing.wave)
     gains = setting.antenna.gains(facing.back.T)
-    sums, fields, space = Sums.room(2 * count), Fields.room(count), setting.space(faces)
+    sums, fields, space = Sums.room(2 * count), Fields.room(count), setting.space(found.faces)
     count = _straight_back(waves, facing, seen, *gains, tubes, space, bins, sums, fields)
     return sums, arrived(fields.first(count))
 
@@ -118,7 +129,7 @@ def _again(
     space: Space,
     bins: Bins,
     sights: Sights,
-    found: Again,
+    found: AgainRoom,
 ) -> tuple[int, int, int, int]:
     """Adds what is scattered; writes what is sent on of waves (k,), the curved faces that are met, what faces the
     radar, and the rays there, and counts each. distance: (k,) [m], to their hits; face: (k,) that are met there.

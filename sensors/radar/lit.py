@@ -7,7 +7,6 @@ those that are followed on.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -44,12 +43,6 @@ class Beam:
     skip: np.ndarray
     owner: np.ndarray | None
     hits: Hits
-
-    def blocks(self, size: int) -> Iterator[tuple[Beam, slice]]:
-        """Its tubes in blocks."""
-        count = len(self.hits.distance)
-        for first in range(0, count, size):
-            yield self, slice(first, min(first + size, count))
 
 
 @dataclass(slots=True)
@@ -108,7 +101,7 @@ def lit(setting: Setting, bins: Bins, tubes: Tubes, beam: Beam, part: slice, roo
     ahead = Ahead(first, distance, face, owner, beam.skip)
     turning = np.float32(2.0 / (WIDEST * setting.antenna.wavelength))
     fields, sent, bent = _lit(ahead, tubes, setting.space(faces), images, turning, bins, room)
-    met = Met(1, images, faces, room.met[:bent])
+    met = Met(1, images, setting.faces, room.met[:bent])
     return Lit(room.scattered, arrived(room.fields.first(fields)), room.sent.first(sent), met, plane)
 
 

@@ -153,7 +153,8 @@ class WorldPlanes:
 
     def _table(self, hits: Hits) -> np.ndarray:
         """Number of a hit -> plane; `NO_PLANE` where a surface has several."""
-        if self._numbers is None or self._numbers[0] is not hits.surface_of:
+        known = self._numbers  # other threads may set it
+        if known is None or known[0] is not hits.surface_of:
             surfaces = self._world.surfaces
             static = len(hits.surface_of) - len(surfaces) - 1
             parts = [
@@ -165,8 +166,8 @@ class WorldPlanes:
                 for number, surface in enumerate(surfaces)
             ]
             table = np.concatenate([*parts, np.array([*single, NO_PLANE])]).astype(np.int32)
-            self._numbers = hits.surface_of, table
-        return self._numbers[1]
+            self._numbers = known = hits.surface_of, table
+        return known[1]
 
 
 @compiled

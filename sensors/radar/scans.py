@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterator
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +28,7 @@ from .config import ScanConfig
 from .cube import Cube, Grid, as_chirps_give, merged
 from .detector import MOST_DETECTIONS, Detections, detections, limits
 from .images import Twists
+from .lit import Beam
 from .noise import Noise
 from .rays import Sampling, Tubes, fill, finer, windows
 from .setting import Scenery, Setting
@@ -155,16 +156,19 @@ class Scans:
             memory=fan.memory,
         )
         tracer = Tracer(setting, grid, fan.rays.steps if self._sampling.neighbours else None)
-        beams = [tracer.beam(0, bundle, skip=small)]
-        if owner is not None:
-            first = len(fan.table)
-            close = fan.rays.tubes.part(first, first + len(owner))
-            close.angle[:] = grid.angles(close.azimuth, close.elevation)
-            columns, table = np.empty((3, len(owner)), np.float32), np.empty((len(owner), 6), np.float32)
-            turn(close.directions, rotation, columns, table)
-            bundle = RayBundle(origin, table, exclude=self._exclude, reach=setting.seen, columns=columns)
-            beams.append(tracer.beam(first, bundle, skip=np.zeros_like(small), owner=owner))
-        return merged(grid, tracer.parts(fan.rays.tubes, beams))
+
+        def beams() -> Iterator[Beam]:  # a second thread works on one while the next is cast
+            yield tracer.beam(0, bundle, skip=small)
+            if owner is not None:
+                first = len(fan.table)
+                close = fan.rays.tubes.part(first, first + len(owner))
+                close.angle[:] = grid.angles(close.azimuth, close.elevation)
+                columns, table = np.empty((3, len(owner)), np.float32), np.empty((len(owner), 6), np.float32)
+                turn(close.directions, rotation, columns, table)
+                finer = RayBundle(origin, table, exclude=self._exclude, reach=setting.seen, columns=columns)
+                yield tracer.beam(first, finer, skip=np.zeros_like(small), owner=owner)
+
+        return merged(grid, tracer.parts(fan.rays.tubes, beams()))
 
     def _standing(self, fabric: PrimPoses, setting: Setting) -> tuple[Any, ...] | None:
         """What decides what comes back: equal where nothing moved; None where surfaces deform."""

@@ -1,23 +1,23 @@
 """Tubes followed from face to face.
 
-Threads share blocks of the first faces: compiled loops, which need the interpreter's lock only in between. The order of
-blocks is that of the tubes, so bytes do not depend on threads. What is met later is little.
+A second thread (`graph.base.work`) shares blocks of tubes and waves, and works out what comes back while further rays
+are cast. Blocks and their order do not depend on the threads.
 """
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
-from functools import cache
-from typing import Any
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 
+from graph.base.work import Work, begin, results
 from sensors.raycast.rays import Hits, RayBundle
 
-from .again import again, straight_back
+from .again import Again, again, straight_back
 from .cube import Grid, Part, summed
 from .glints import curved, curved_again
 from .grouping import Sums
@@ -28,29 +28,13 @@ from .setting import Setting
 from .sight import NO_STEPS, Sights, Steps
 from .waves import Met, Sent, Waves, next_waves
 
-BLOCK = 100_000
+BLOCK = 40_000
 """Tubes that are worked on at once."""
 
+WAVES = 10_000
+"""Waves that are worked on at once."""
 
-@cache
-def _threads(process: int, count: int) -> ThreadPoolExecutor:
-    """Threads of a process, which a child does not have."""
-    return ThreadPoolExecutor(count)
-
-
-@dataclass(slots=True)
-class _Brought:
-    """What tubes bring back after as many faces: powers in cells, fields, and powers of curved surfaces."""
-
-    bounces: int
-    scattered: list[Sums] = field(default_factory=list)
-    fields: list[Arrivals] = field(default_factory=list)
-    glints: list[Arrivals] = field(default_factory=list)
-
-    def part(self, grid: Grid) -> Part:
-        """Its part of the cube."""
-        grouped = [Arrivals.together(kind) for kind in (self.fields, self.glints) if kind]
-        return summed(grid, self.scattered, grouped, self.bounces)
+R = TypeVar("R")
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,68 +55,80 @@ class Tracer:
         """
         return Beam(first, skip, owner, self.setting.cast(bundle))
 
-    def parts(self, tubes: Tubes, beams: list[Beam]) -> list[Part]:
+    def parts(self, tubes: Tubes, beams: Iterable[Beam]) -> list[Part]:
         """The parts of the cube that tubes bring."""
-        brought, sent, sights = self._first(tubes, beams)
-        found, waves, looks = [brought], Waves.none(), np.empty((0, 6), np.float32)
-        straight: Callable[[np.ndarray], None] | None = None
-        while len(sent.waves) or len(looks) or straight is not None:
+        found, sights = self._first(tubes, beams)
+        parts = [self._begin(partial(self._part_of_lit, tubes, found))]
+        sent, waves, looks = Sent.together([one.sent for one in found]), Waves.none(), np.empty((0, 6), np.float32)
+        part: Callable[[np.ndarray], Part] | None = None
+        while len(sent.waves) or part is not None:
             hits, distance = sent.cast(self.setting, looks)
-            if straight is not None:
-                straight(distance)
+            if part is not None:
+                parts.append(self._begin(partial(part, distance)))
             if not len(sent.waves):
                 break
             waves = next_waves(self.setting, waves, sent)
-            brought, sent, looks, straight = self._next(tubes, waves, hits, sights)
-            found.append(brought)
-        return [one.part(self.grid) for one in found]
+            sent, looks, part = self._next(tubes, waves, hits, sights)
+        return results(parts)
 
-    def _first(self, tubes: Tubes, beams: list[Beam]) -> tuple[_Brought, Sent, Sights]:
-        """What comes back of the faces that tubes meet first, what these send on, and what the fan sees."""
-        setting, bins = self.setting, self.grid.bins
+    def _first(self, tubes: Tubes, beams: Iterable[Beam]) -> tuple[list[Lit], Sights]:
+        """What tubes meet first, and what the first beam sees."""
+        setting, bins, fan = self.setting, self.grid.bins, 0
+        works: list[Work[Lit]] = []
+        for beam in beams:
+            for part in blocks(len(beam.hits.distance), BLOCK):
+                room = LitRoom.of(setting, tubes.leads[beam.first :][part])
+                works.append(self._begin(partial(lit, setting, bins, tubes, beam, part, room)))
+            fan = fan or len(works)
+        found = results(works)
+        plane = np.concatenate([one.plane for one in found[:fan]]) if self.steps else np.empty(0, np.int32)
+        return found, Sights(self.steps or NO_STEPS, plane, setting.planes.patch)
 
-        def work(beam: Beam, part: slice, room: LitRoom) -> tuple[Lit, list[Arrivals]]:
-            seen = lit(setting, bins, tubes, beam, part, room)
-            return seen, curved(setting, tubes, seen.curved)
-
-        blocks = [block for beam in beams for block in beam.blocks(BLOCK)]
-        rooms = [LitRoom.of(setting, tubes.leads[beam.first :][part]) for beam, part in blocks]
-        brought, sent, planes = _Brought(1), [], []
-        for (beam, _), (seen, glints) in zip(blocks, self._map(work, *zip(*blocks, strict=True), rooms), strict=True):
-            brought.scattered.append(seen.scattered)
-            brought.fields.append(seen.fields)
-            brought.glints += glints
-            sent.append(seen.sent)
-            if beam is beams[0] and self.steps:
-                planes.append(seen.plane)
-        plane = np.concatenate(planes) if planes else np.empty(0, np.int32)
-        return brought, Sent.together(sent), Sights(self.steps or NO_STEPS, plane, setting.planes.patch)
+    def _part_of_lit(self, tubes: Tubes, found: list[Lit]) -> Part:
+        glints = curved(self.setting, tubes, Met.together([one.curved for one in found]))
+        return self._summed([one.scattered for one in found], [one.fields for one in found], glints, 1)
 
     def _next(
         self, tubes: Tubes, waves: Waves, hits: Hits, sights: Sights
-    ) -> tuple[_Brought, Sent, np.ndarray, Callable[[np.ndarray], None]]:
-        """What comes back of the faces that waves meet after a reflection, but for what comes straight back, and what
-        these send on. Rays (r, 6) from the radar tell what it sees of them: the function takes the distances (r,) [m]
-        that these go, and adds what comes straight back.
+    ) -> tuple[Sent, np.ndarray, Callable[[np.ndarray], Part]]:
+        """What waves send on that meet faces after a reflection. Rays (r, 6) from the radar tell what it sees of these:
+        the function takes the distances (r,) [m] that they go, and gives what comes back.
         """
         setting, bins = self.setting, self.grid.bins
-        found, faces = again(setting, tubes, waves, hits, bins, sights)
-        met = Met(waves.bounce, waves.images, faces, found.curved)
-        brought = _Brought(waves.bounce, [found.scattered], glints=curved_again(setting, tubes, met))
 
-        def straight(distance: np.ndarray) -> None:
-            seen = found.facing.seen(distance)
-            scattered, fields = straight_back(setting, tubes, waves, faces, found.facing, seen, bins)
-            bent = found.facing.curved[seen]
-            brought.scattered.append(scattered)
-            brought.fields.append(fields)
-            brought.glints += curved(setting, tubes, met.at(bent[bent >= 0]))
+        def of(rows: slice) -> Again:
+            return again(setting, tubes, waves.some(rows), hits.some(rows), bins, sights)
 
-        return brought, found.sent, found.facing.rays, straight
+        parts = blocks(len(waves.each), WAVES)
+        found = results([self._begin(partial(of, rows)) for rows in parts])
+        ends = np.cumsum([len(one.facing.rays) for one in found])
 
-    @property
-    def _map(self) -> Callable[..., Iterator[Any]]:
-        """`map`, on threads; what deforms is looked up in the simulation, by one thread."""
-        setting = self.setting
-        threads = 1 if setting.deforms else setting.world.threads or os.cpu_count() or 1
-        return map if threads == 1 else _threads(os.getpid(), threads).map
+        def part(distance: np.ndarray) -> Part:
+            scattered, fields, bent = [one.scattered for one in found], [], []
+            for one, rows, far in zip(found, parts, np.split(distance, ends[:-1]), strict=True):
+                seen = one.facing.seen(far)
+                sums, straight = straight_back(setting, tubes, waves.some(rows), one, seen, bins)
+                scattered.append(sums)
+                fields.append(straight)
+                curve = one.facing.curved[seen]
+                bent.append(one.curved.at(curve[curve >= 0]))
+            glints = curved_again(setting, tubes, Met.together([one.curved for one in found]))
+            glints += curved(setting, tubes, Met.together(bent))
+            return self._summed(scattered, fields, glints, waves.bounce)
+
+        return Sent.together([one.sent for one in found]), np.concatenate([one.facing.rays for one in found]), part
+
+    def _summed(self, scattered: list[Sums], fields: list[Arrivals], glints: list[Arrivals], bounces: int) -> Part:
+        grouped = [Arrivals.together(kind) for kind in (fields, glints) if kind]
+        return summed(self.grid, scattered, grouped, bounces)
+
+    def _begin(self, call: Callable[[], R]) -> Work[R]:
+        """Lets a second thread work; what deforms is looked up in the simulation, by one thread."""
+        return begin(1 if self.setting.deforms else self.setting.world.threads, call)
+
+
+def blocks(count: int, size: int) -> list[slice]:
+    """Rows in equal blocks of at most so many."""
+    number = -(-count // size)
+    ends = [count * block // number for block in range(number + 1)]
+    return [slice(first, end) for first, end in pairwise(ends)]

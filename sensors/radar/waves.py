@@ -9,6 +9,7 @@ way is that to one plane.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -107,10 +108,14 @@ class Waves(NamedTuple):
         """No waves, from the radar itself."""
         return cls(1, Images.none(), np.empty(0, np.int32), np.empty(0, WAVE))
 
+    def some(self, rows: slice) -> Waves:
+        """Some of them."""
+        return self._replace(image=self.image[rows], each=self.each[rows])
+
 
 @dataclass(slots=True)
 class Met:
-    """Curved faces that some waves meet: (k,) of `MET`, of these faces and images, the faces of that number."""
+    """Curved faces that some waves meet: (k,) of `MET`, of these planes and images, the faces of that number."""
 
     bounce: int
     images: Images
@@ -123,6 +128,11 @@ class Met:
     def at(self, rows: np.ndarray) -> Met:
         """Some of them."""
         return replace(self, each=self.each.take(rows))
+
+    @staticmethod
+    def together(parts: Sequence[Met]) -> Met:
+        """Those of several blocks of waves."""
+        return replace(parts[0], each=_joined([part.each for part in parts]))
 
 
 class Sent(NamedTuple):
@@ -161,8 +171,12 @@ class Sent(NamedTuple):
     def together(cls, parts: list[Sent]) -> Sent:
         """Several as one."""
         waves, *columns = zip(*parts, strict=True)
-        joined = np.concatenate([each.view(np.uint8) for each in waves]).view(WAVE)  # as bytes: records take long
-        return cls(joined, *(np.concatenate(each) for each in columns))
+        return cls(_joined(waves), *(np.concatenate(each) for each in columns))
+
+
+def _joined(parts: Sequence[np.ndarray]) -> np.ndarray:
+    """Records as one array; by their bytes, as themselves they take long."""
+    return np.concatenate([part.view(np.uint8) for part in parts]).view(parts[0].dtype)
 
 
 def next_waves(setting: Setting, before: Waves, sent: Sent) -> Waves:

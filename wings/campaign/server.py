@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from graph.base.outputs import created
+from graph.base.work import usable_cores
 
 LOG = "log.txt"
 UNFIT = 3
@@ -212,6 +213,8 @@ def _rehearsed(arguments: list[str], *, play: bool) -> bool:
     try:
         if cores:
             os.sched_setaffinity(0, {min(cores)})
+            if play:  # as many runs as cores: each keeps to one
+                usable_cores()
         from .rehearsal import rehearse
 
         rehearse(arguments, play=play and bool(cores))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -12,6 +11,7 @@ from pathlib import Path
 
 from graph.base.errors import Problem, RunError, UserError
 from graph.base.outputs import make_folder
+from graph.base.work import usable_cores
 from graph.cli.arguments import add_allow, add_nodes, add_overrides, add_play, add_skip_outside, check_folder
 from graph.cli.interrupts import between_updates
 from graph.cli.printing import counted, say, say_json, tell
@@ -173,7 +173,8 @@ def _limits(args: argparse.Namespace) -> Limits:
         problems.append(f"--memory {args.memory}: give bytes, such as 4G or 500M")
     if problems:
         raise UserError([Problem(one) for one in problems])
-    return Limits(args.jobs or (0 if args.cluster else _cores()), args.timeout, memory, args.retries, args.max_failures)
+    jobs = args.jobs or (0 if args.cluster else usable_cores())
+    return Limits(jobs, args.timeout, memory, args.retries, args.max_failures)
 
 
 def _size(text: str) -> int:
@@ -185,10 +186,6 @@ def _size(text: str) -> int:
     if unit not in SIZES or float(number) <= 0:
         raise ValueError
     return int(float(number) * SIZES[unit])
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _campaign(args: argparse.Namespace, earlier: Campaign | None) -> Campaign:
@@ -237,7 +234,7 @@ def _executor(args: argparse.Namespace, campaign: Campaign, limits: Limits) -> I
         with Cluster(args.cluster, campaign.hashes, rehearsed, upload) as cluster:
             yield cluster
         return
-    with Launcher(rehearsed, play=2 * limits.jobs > _cores()) as launcher:
+    with Launcher(rehearsed, play=2 * limits.jobs > usable_cores()) as launcher:
         yield launcher
 
 

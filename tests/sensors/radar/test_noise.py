@@ -106,7 +106,7 @@ def frames(seed=0, threads=0, repeats=1, steps=3):
 def test_the_same_bytes_over_threads_runs_and_plays_and_others_with_another_seed():
     first = frames(threads=1, repeats=2)
     assert first[:3] == first[3:]
-    assert frames(threads=2) == first[:3]
+    assert frames(threads=2) == frames(threads=3) == first[:3]
     assert frames(seed=1) != first[:3]
 
 
