@@ -37,6 +37,13 @@ def rotation_matrices(quaternions: Floats) -> Floats:
     return out
 
 
+def rigid(rotation: Floats, position: Floats) -> Floats:
+    """The (4, 4) pose of a (3, 3) rotation and a (3,) position."""
+    out = np.eye(4)
+    out[:3, :3], out[:3, 3] = rotation, position
+    return out
+
+
 def pose_matrices(positions: Floats, quaternions: Floats) -> Floats:
     """(..., 3) positions and (..., 4) quaternions to (..., 4, 4) matrices."""
     out = np.zeros((*positions.shape[:-1], 4, 4))

@@ -99,9 +99,8 @@ def _surface(world: PlayingWorld, path: str) -> bool:
     physics = world.physics
     if physics is None or path not in physics.body_paths:
         return False
-    pose = np.eye(4)
     row = physics.body_paths.index(path)
-    pose[:3, :3], pose[:3, 3] = physics.rotations[row], physics.positions[row]
+    pose = transforms.rigid(physics.rotations[row], physics.positions[row])
     surface = surface_of(world.stage.GetPrimAtPath(path), pose, world.warn)
     if surface is None:
         return False

@@ -183,8 +183,7 @@ class _Reader:
         if approximation == "boundingSphere":
             points = transforms.transformed(self.frame, used)
             center = (points.min(axis=0) + points.max(axis=0)) / 2
-            pose = np.eye(4)
-            pose[:3, 3] = center
+            pose = transforms.rigid(np.eye(3), center)
             return [self._make("sphere", pose, (float(np.linalg.norm(points - center, axis=1).max()),))]
         moving = self.body is not None
         if approximation == "convexHull" or (moving and approximation in ("none", "meshSimplification")):
@@ -249,10 +248,7 @@ def _facing(normal: Floats, origin: Floats) -> Floats:
     side = np.eye(3)[int(np.argmin(np.abs(normal)))]
     x = side - normal * (side @ normal)
     x /= np.linalg.norm(x)
-    pose = np.eye(4)
-    pose[:3, :3] = np.stack([x, np.cross(normal, x), normal], axis=1)
-    pose[:3, 3] = origin
-    return pose
+    return transforms.rigid(np.stack([x, np.cross(normal, x), normal], axis=1), origin)
 
 
 def _surface(scan: Scan, prim: Any, warn: Warn) -> dict[str, Any]:

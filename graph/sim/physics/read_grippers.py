@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from graph.sim import transforms
-from graph.sim.attributes import first_target, kilograms_per_unit, quaternion_of
+from graph.sim.attributes import first_target, kilograms_per_unit
 from graph.sim.scene.scan import ATTACHMENTS, Scan
 from graph.sim.scene.stage import Warn
-from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
+from graph.sim.usd import EARLIEST, UsdPhysics
 
+from .read_joints import joint_frame
 from .world_model import FREE, Gripper, Suction
 
 REACH = 0.01
@@ -53,14 +53,7 @@ def _point(scan: Scan, prim: Any) -> Suction | None:
     body = scan.moving_body_of(link)
     if body is None:
         return None
-    place = np.array([joint.GetLocalPos0Attr().Get(EARLIEST)], dtype=np.float64)
-    target = scan.stage.GetPrimAtPath(link)
-    base = scan.world_matrix(target) if target.IsA(UsdGeom.Xformable) else np.eye(4)
-    frame = transforms.rigid_part(base)
-    turn = quaternion_of(joint.GetLocalRot0Attr().Get(EARLIEST))
-    frame[:3, :3] = frame[:3, :3] @ transforms.rotation_matrices(turn)
-    frame[:3, 3] = transforms.transformed(base, place)[0] * scan.meters_per_unit
-    local = transforms.inverse_rigid(scan.body_pose(body)) @ frame
+    local = joint_frame(scan, joint, 0, link, body)
     attribute = prim.GetAttribute("isaac:forwardAxis")
     axis = str((attribute.Get(EARLIEST) if attribute else None) or "Z").upper()
     direction = local[:3, "XYZ".index(axis) if axis in ("X", "Y", "Z") else 2]

@@ -69,11 +69,14 @@ def _joint(scan: Scan, prim: JointPrim, warn: Warn) -> Joint | None:
         if target is not None and not scan.stage.GetPrimAtPath(target):
             near = near_prim(scan.stage, target)
             warn("bad-joint", prim.path, f"there is no prim {target}; that end is tied to the world{near}")
-    frames = _frame(scan, prim, 0, first), _frame(scan, prim, 1, second)
+    schema = UsdPhysics.Joint(prim.prim)
+    frames = (
+        joint_frame(scan, schema, 0, prim.targets[0], first),
+        joint_frame(scan, schema, 1, prim.targets[1], second),
+    )
     if not all(np.isfinite(frame).all() for frame in frames):
         warn("bad-joint", prim.path, "localPos or localRot is not finite; the joint is left out")
         return None
-    schema = UsdPhysics.Joint(prim.prim)
     for attribute in (schema.GetLocalRot0Attr(), schema.GetLocalRot1Attr()):
         if not attribute.Get(EARLIEST).GetLength():
             name = attribute.GetName()
@@ -204,12 +207,11 @@ def _limit(attribute: Any, unit: float, free: float, path: str, warn: Warn) -> f
     return value * unit if math.isfinite(value) else math.copysign(FREE, value)
 
 
-def _frame(scan: Scan, prim: JointPrim, side: int, body: str | None) -> Floats:
-    """The joint's frame on one side, in that body's rigid frame (or the world), metres."""
-    schema = UsdPhysics.Joint(prim.prim)
+def joint_frame(scan: Scan, schema: Any, side: int, link: str | None, body: str | None) -> Floats:
+    """The joint's frame on one side, where it names the prim `link`, in a body's rigid frame (or the world), metres."""
     place = (schema.GetLocalPos0Attr, schema.GetLocalPos1Attr)[side]().Get(EARLIEST)
     turn = (schema.GetLocalRot0Attr, schema.GetLocalRot1Attr)[side]().Get(EARLIEST)
-    target = scan.stage.GetPrimAtPath(prim.targets[side]) if prim.targets[side] else None
+    target = scan.stage.GetPrimAtPath(link) if link else None
     base = scan.world_matrix(target) if target and target.IsA(UsdGeom.Xformable) else np.eye(4)
     frame = transforms.rigid_part(base)
     frame[:3, :3] = frame[:3, :3] @ transforms.rotation_matrices(quaternion_of(turn))
@@ -328,8 +330,7 @@ def _locked(scan: Scan, body: Body, place: int, turn: int) -> Joint:
     axes += [Axis(3 + free_turns[0])] if len(free_turns) == 1 else []
     dofs = single_joints(scan, whole, axes)
     if len(free_turns) == 3:
-        ball = np.eye(4)
-        ball[:3, 3] = body.pose[:3, 3]
+        ball = transforms.rigid(np.eye(3), body.pose[:3, 3])
         dofs += (Joint(f"{whole.path}:rot", "spherical", whole.bodies, (ball, frame), collide=True),)
     if not dofs:
         return Joint(whole.path, "fixed", whole.bodies, (body.pose @ frame, frame), collide=True)

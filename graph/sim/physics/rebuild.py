@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from graph.base.paths import at_or_below
+from graph.sim import transforms
 from graph.sim.scene.scan import Scan, scan_stage
 from graph.sim.scene.stage import Warn
 from graph.sim.transforms import Floats
@@ -68,9 +69,7 @@ def restart(
 
 
 def _pose(physics: PhysicsEngine, number: int) -> Floats:
-    out = np.eye(4)
-    out[:3, :3], out[:3, 3] = physics.rotations[number], physics.positions[number]
-    return out
+    return transforms.rigid(physics.rotations[number], physics.positions[number])
 
 
 def _untouched(old: WorldModel, scan: Scan, touched: tuple[str, ...]) -> frozenset[str]:

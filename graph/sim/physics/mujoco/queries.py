@@ -141,9 +141,7 @@ class EngineQueries(PhysicsEngine):
 
     def overlapping_sphere(self, center: Floats, radius: float) -> list[tuple[str, str]]:
         """Paths of the colliders in a sphere and of their bodies."""
-        pose = np.eye(4)
-        pose[:3, 3] = center
-        return self._spheres.overlapping(pose, np.full(3, radius))
+        return self._spheres.overlapping(transforms.rigid(np.eye(3), center), np.full(3, radius))
 
     def sphere_hits(self, origin: Floats, direction: Floats, radius: float, most: float) -> list[RayHit]:
         """The colliders that a swept sphere hits."""

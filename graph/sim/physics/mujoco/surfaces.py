@@ -126,8 +126,7 @@ class Surfaces:
         """A pose of the world in the rigid frame of a body (0: the world itself)."""
         if body == 0:
             return pose
-        frame = np.eye(4)
-        frame[:3, :3], frame[:3, 3] = self._physics.rotations[body - 1], self._physics.positions[body - 1]
+        frame = transforms.rigid(self._physics.rotations[body - 1], self._physics.positions[body - 1])
         return transforms.inverse_rigid(frame) @ pose
 
     def step(self, model: Any, data: Any) -> None:
