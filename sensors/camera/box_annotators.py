@@ -60,12 +60,12 @@ def _boxes(kind: str) -> Callable[[Reading], dict[str, Any]]:
     return read
 
 
-def _occlusion(reading: Reading) -> dict[str, Any]:
+def _occlusion(reading: Reading) -> np.ndarray:
     found = _boxes(LOOSE)(reading)
     data = np.empty(len(found["data"]), HIDDEN)
     data["instanceId"], data["semanticId"] = found["info"]["bboxIds"] + np.uint32(FIRST), found["data"]["semanticId"]
     data["occlusionRatio"] = found["data"]["occlusionRatio"]
-    return {"data": data, "info": found["info"]}
+    return data
 
 
 def _annotator(kind: str, name: str) -> AnnotatorType:

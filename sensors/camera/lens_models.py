@@ -30,8 +30,8 @@ FTHETA = {**NOMINAL, "k0": 0.0, "k1": 0.00245, "k2": 0.0, "k3": 0.0, "k4": 0.0}
 KANNALA = {**NOMINAL, "k0": 0.0, "k1": 0.00245, "k2": 0.0, "k3": 0.0}
 PRISM = {
     **NOMINAL,
-    "k0": 0.0,
-    **dict.fromkeys((*(f"k{n}" for n in range(1, 6)), "p0", "p1", *(f"s{n}" for n in range(4))), 0.0),
+    **dict.fromkeys((f"k{n}" for n in range(6)), 0.0),
+    **{"p0": -0.00037, "p1": -0.00074, "s0": -0.00058, "s1": -0.00022, "s2": 0.00019, "s3": -0.0002},
 }
 MODELS: dict[str, dict[str, Any]] = {
     "opencvPinhole": BROWN,

@@ -13,18 +13,36 @@ from graph.sim.usd import UsdGeom
 from sensors.products import product_name, render_product
 from sensors.replicator import get_annotator
 
+from .camera_lens import CameraLens
 from .old_prims import SingleXFormPrim
-from .own_schemas import applied
+from .render_products import set_camera_prim_path, set_resolution
 from .transforms import quat_to_rot_matrix, rot_matrix_to_quat
 
-__all__ = ["Camera"]
+__all__ = ["R_U_TRANSFORM", "Camera"]
 WORLD = np.array([(0.0, -1, 0), (0, 0, 1), (-1, 0, 0)])
 """Columns: the axes of the world convention (X ahead, Y left, Z up) along the stage's (-Z ahead, X right, Y up)."""
 ROS = np.diag([1.0, -1.0, -1.0])
 """The axes of an optical frame of ROS (Z ahead, Y down) along the stage's."""
+R_U_TRANSFORM = np.diag([1.0, -1.0, -1.0, 1.0])
+"""Between the optical frame and the stage's axes of a camera, (4, 4)."""
 
 
-class Camera(SingleXFormPrim):
+class Camera(SingleXFormPrim, CameraLens):
+    supported_annotators = (
+        "normals",
+        "motion_vectors",
+        "occlusion",
+        "distance_to_image_plane",
+        "distance_to_camera",
+        "bounding_box_2d_tight",
+        "bounding_box_2d_loose",
+        "bounding_box_3d",
+        "semantic_segmentation",
+        "instance_id_segmentation",
+        "instance_segmentation",
+        "pointcloud",
+    )
+
     def __init__(
         self,
         prim_path: str,
@@ -44,6 +62,7 @@ class Camera(SingleXFormPrim):
             camera.CreateClippingRangeAttr().Set((0.05, 1000000.0))
         super().__init__(prim_path, name)
         self._resolution = _size(resolution or (128, 128))
+        self.set_horizontal_aperture(self.get_horizontal_aperture())
         self._frequency: Fraction | None = None
         if frequency is not None and dt is not None:
             raise Exception("Camera takes a frequency or a dt, not both; leave one of them out")
@@ -73,8 +92,13 @@ class Camera(SingleXFormPrim):
         products = app().rendering.products
         if self._product is None or products.get(self._product.path) is not self._product:
             path, size = self.prim_path, self._resolution
-            given = products.get(self._render_product_path or "")
-            found = render_product(app(), path, size, product_name(path, size, "camera")) if given is None else given
+            found = products.get(self._render_product_path or "")
+            if found is None:
+                found = render_product(app(), path, size, product_name(path, size, "camera"))
+            else:
+                set_resolution(found.path, size)
+                set_camera_prim_path(found.path, path)
+                found = products[found.path]
             self._product, self._render_product_path = found, found.path
             found.writers.append(self._acquire)
             for name, (_, options) in list(self._annotators.items()):
@@ -98,7 +122,7 @@ class Camera(SingleXFormPrim):
                 self._frame |= self._read()
 
     def _read(self) -> dict[str, Any]:
-        return {("rgba" if name == "rgb" else name): self._data(name) for name in self._annotators}
+        return {key: attached.get_data() for name, (attached, _) in self._annotators.items() for key in _keys(name)}
 
     def get_render_product_path(self) -> str:
         return self._made()
@@ -112,18 +136,24 @@ class Camera(SingleXFormPrim):
         found = self._annotators.pop(annotator_name, None)
         if found is not None:
             found[0].detach()
+            for key in _keys(annotator_name):
+                self._frame.pop(key, None)
 
     def _data(self, annotator: str) -> Any:
         self.attach_annotator(annotator)
         found = self._annotators[annotator][0].get_data()
-        return found["data"] if isinstance(found, dict) and "data" in found else found
+        found = found["data"] if isinstance(found, dict) and "data" in found else found
+        if found is not None and len(found):
+            return found
+        app().warn("camera-no-data", self.prim_path, f"{annotator} has no data yet: nothing was rendered since it began")
+        return None
 
     def get_rgba(self, device: Any = None) -> Any:
         return self._data("rgb")
 
     def get_rgb(self, device: Any = None) -> Any:
         found = self._data("rgb")
-        return None if found is None or not len(found) else found[..., :3]
+        return None if found is None else found[..., :3]
 
     def get_depth(self, device: Any = None) -> Any:
         return self._data("distance_to_image_plane")
@@ -132,8 +162,11 @@ class Camera(SingleXFormPrim):
         """Points (n, 3): those of the annotator, if it is attached, else one for each pixel that sees something."""
         if "pointcloud" in self._annotators:
             found = self._data("pointcloud")
-            return found if world_frame or not len(found) else self._in_camera(found)[:, :3]
+            found = np.zeros((0, 3), np.float32) if found is None else found
+            return found if world_frame else self._in_camera(found)[:, :3]
         depth = self.get_depth()
+        if depth is None:
+            return np.zeros((0, 3), np.float32)
         rows, columns = np.nonzero(np.isfinite(depth))
         pixels = np.stack([columns, rows], axis=1) + 0.5
         points = self.get_world_points_from_image_coords if world_frame else self.get_camera_points_from_image_coords
@@ -142,8 +175,8 @@ class Camera(SingleXFormPrim):
     def get_current_frame(self, clone: bool = False) -> dict[str, Any]:
         if self._frequency is None and not self._paused:
             self._frame |= self._read()
-        for name in self._annotators:
-            self._frame.setdefault("rgba" if name == "rgb" else name, None)
+        for key in (key for name in self._annotators for key in _keys(name)):
+            self._frame.setdefault(key, None)
         return dict(self._frame) if clone else self._frame
 
     def __getattr__(self, name: str) -> Any:
@@ -191,17 +224,19 @@ class Camera(SingleXFormPrim):
         return float(self._camera.GetHorizontalApertureAttr().Get()) / 10
 
     def set_horizontal_aperture(self, value: float, maintain_square_pixels: bool = True) -> None:
-        self._camera.CreateHorizontalApertureAttr().Set(float(value) * 10)
-        if maintain_square_pixels:
-            width, height = self._resolution
-            self._camera.CreateVerticalApertureAttr().Set(float(value) * 10 * height / width)
+        self._set_apertures(value, value / self.get_aspect_ratio() if maintain_square_pixels else None)
 
     def get_vertical_aperture(self) -> float:
-        width, height = self._resolution
-        return self.get_horizontal_aperture() * height / width
+        return float(self._camera.GetVerticalApertureAttr().Get()) / 10
 
     def set_vertical_aperture(self, value: float, maintain_square_pixels: bool = True) -> None:
-        self._camera.CreateVerticalApertureAttr().Set(float(value) * 10)
+        self._set_apertures(value * self.get_aspect_ratio() if maintain_square_pixels else None, value)
+
+    def _set_apertures(self, across: float | None, down: float | None) -> None:
+        if across is not None:
+            self._camera.CreateHorizontalApertureAttr().Set(float(across) * 10)
+        if down is not None:
+            self._camera.CreateVerticalApertureAttr().Set(float(down) * 10)
 
     def get_focus_distance(self) -> float:
         return float(self._camera.GetFocusDistanceAttr().Get())
@@ -268,16 +303,13 @@ class Camera(SingleXFormPrim):
             raise Exception(f"{self.prim_path} has the lens {self.get_lens_distortion_model()}, not a pinhole")
         return self.get_intrinsics_matrix()
 
-    def get_lens_distortion_model(self) -> str:
-        """`pinhole`, or the name of the schema of another lens."""
-        lenses = [one for one in applied(self.prim) if one.startswith("OmniLensDistortion")]
-        return lenses[0] if lenses else "pinhole"
-
     def get_resolution(self) -> tuple[int, int]:
         return self._resolution
 
-    def set_resolution(self, value: Any, *_: Any, **__: Any) -> None:
+    def set_resolution(self, value: Any, maintain_square_pixels: bool = True) -> None:
         self._resolution, self._render_product_path = _size(value), None
+        if maintain_square_pixels:
+            self.set_horizontal_aperture(self.get_horizontal_aperture())
         if self._product is not None:
             for attached in self._annotators.values():
                 attached[0].detach()
@@ -320,6 +352,11 @@ class Camera(SingleXFormPrim):
 
 def _rendering_rate() -> Fraction:
     return 1 / exact.duration(app().rendering.get_dt())
+
+
+def _keys(annotator: str) -> tuple[str, ...]:
+    """The keys of an annotator's data in a frame; that of colours has its former name, too."""
+    return ("rgb", "rgba") if annotator == "rgb" else (annotator.replace("_fast", ""),)
 
 
 def _with_ones(points: np.ndarray) -> np.ndarray:

@@ -79,8 +79,9 @@ class ViewportManager:
         if viewport:
             viewport.set_active_camera(path)
             return
-        with edited(product.GetPrim()):
-            product.GetCameraRel().SetTargets([path])
+        if not _placed(product, camera=path):
+            with edited(product.GetPrim()):
+                product.GetCameraRel().SetTargets([path])
 
     @classmethod
     def get_resolution(cls, render_product_or_viewport: Any = None) -> tuple[int, int]:
@@ -95,8 +96,9 @@ class ViewportManager:
         if viewport:
             viewport.set_texture_resolution(size)
             return
-        with edited(product.GetPrim()):
-            product.GetResolutionAttr().Set(Gf.Vec2i(*size))
+        if not _placed(product, size=size):
+            with edited(product.GetPrim()):
+                product.GetResolutionAttr().Set(Gf.Vec2i(*size))
 
     @classmethod
     def _source(cls, source: Any, what: str) -> tuple[Any, Any]:
@@ -145,6 +147,19 @@ class ViewportManager:
             return False, 0
         await kit().next_update()
         return True, 1
+
+
+def _placed(product: Any, camera: str | None = None, size: Any = None) -> bool:
+    """Whether a prim's render product is one of the App, which now renders that camera at that size."""
+    from sensors.products import place_product
+
+    held = app().rendering.products.get(str(product.GetPath()))
+    if held is None:
+        return False
+    wanted = camera or held.camera_path, size or held.resolution
+    if wanted != (held.camera_path, held.resolution):
+        place_product(app().world, held.path, *wanted)
+    return True
 
 
 def _fits(title: str, expressions: Any, otherwise: bool) -> bool:

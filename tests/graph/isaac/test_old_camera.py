@@ -143,7 +143,7 @@ try:
     camera.get_image_coords_from_world_points(np.zeros((1, 3)))
 except Exception as error:
     print([str(error)])
-""") == [["/World/camera has the lens OmniLensDistortionFthetaAPI, not a pinhole"]]
+""") == [["/World/camera has the lens ftheta, not a pinhole"]]
 
 
 def test_the_default_ground_plane_brings_its_light(printed):
@@ -163,3 +163,100 @@ for intensity in (None, 0.0):
     assert lit[0] == "SphereLight"
     assert 20 < lit[1] <= lit[2] < 255
     assert dark[1:] == [0, 0]
+
+
+def test_a_lens_is_set_and_read_by_its_properties(printed):
+    """What is left out keeps the schema's default; OpenCV's lenses note the size of the image.
+
+    Of an image 1920 pixels wide, a focal length of 2 and an aperture of 4: fx = 1920 * 2 / 4; its aperture down is 2.
+    """
+    found = printed("""
+camera = Camera("/World/camera", resolution=(64, 32))
+print([camera.get_lens_distortion_model(), camera.get_ftheta_properties()])
+camera.set_ftheta_properties(nominal_height=240, optical_center=(24, 25), distortion_coefficients=[1, 2])
+height, width, centre, field, numbers = camera.get_ftheta_properties()
+print([height, width, tuple(centre), field, numbers])
+camera.set_opencv_pinhole_properties(cx=30.5, pinhole=[0.5, 0.25, 0.125])
+print(camera.get_opencv_pinhole_properties())
+print(tuple(camera.prim.GetAttribute("omni:lensdistortion:opencvPinhole:imageSize").Get()))
+camera.set_focal_length(2.0)
+camera.set_horizontal_aperture(4.0)
+camera.set_kannala_brandt_properties(1920, 1080, 960, 540, None, [0.5, 0, 0, 0])
+print(camera.get_opencv_fisheye_properties())
+camera.set_lut_properties(ray_enter_direction_texture="enter.exr")
+print([str(camera.get_lut_properties()[3].path), camera.get_lens_distortion_model()])
+camera.set_lens_distortion_model("pinhole")
+print([camera.get_lens_distortion_model(), camera.get_lut_properties()])
+""")
+    assert found == [
+        ["pinhole", None],
+        [240.0, 1936.0, (24.0, 25.0), 200.0, [1.0, 2.0, 0.0, 0.0, 0.0]],
+        (30.5, 512.0, 900.0, 800.0, [0.5, 0.25, 0.125, *[0.0] * 9]),
+        (64, 32),
+        (960.0, 540.0, 960.0, 1080.0, [0.5, 0.0, 0.0, 0.0]),
+        ["enter.exr", "lut"],
+        ["pinhole", None],
+    ]
+
+
+def test_pixels_stay_square_and_other_values_are_kept(printed):
+    """An image twice as wide as high: either aperture sets the other. Unknown values leave the prim as it is."""
+    assert printed("""
+camera = Camera("/World/camera", resolution=(200, 100))
+camera.set_horizontal_aperture(4.0)
+print(camera.get_vertical_aperture())
+camera.set_vertical_aperture(1.0)
+print(camera.get_horizontal_aperture())
+camera.set_resolution((100, 100))
+print(camera.get_vertical_aperture())
+for value in ("orthographic", "cubic"):
+    camera.set_projection_mode(value)
+for value in ("left", "middle"):
+    camera.set_stereo_role(value)
+camera.set_shutter_properties(delay_close=3.0)
+print([camera.get_projection_mode(), camera.get_stereo_role(), camera.get_shutter_properties()])
+""") == [2.0, 2.0, 2.0, ["orthographic", "left", (0.0, 3.0)]]
+
+
+def test_a_frame_holds_what_annotators_give_until_they_are_removed(printed):
+    """Colours have the key of each version; labels come with what their numbers mean. There is nothing before a frame."""
+    before, frame, after = printed("""
+camera = Camera("/World/camera", resolution=(8, 4))
+world.reset()
+camera.initialize()
+print([camera.get_rgba(), camera.get_depth(), len(camera.get_pointcloud())])
+camera.add_semantic_segmentation_to_frame()
+camera.add_occlusion_to_frame()
+for _ in range(2):
+    world.step(render=True)
+frame = camera.get_current_frame()
+labels = frame["semantic_segmentation"]
+print([frame["rgb"].shape, frame["rgba"].shape, labels["data"].shape, sorted(labels["info"]), len(frame["occlusion"])])
+for name in ("semantic_segmentation", "occlusion"):
+    getattr(camera, f"remove_{name}_from_frame")()
+print(sorted(camera.get_current_frame()))
+""")
+    assert before == [None, None, 0]
+    assert frame == [(4, 8, 4), (4, 8, 4), (4, 8), ["idToLabels"], 0]
+    assert after == ["distance_to_image_plane", "rendering_frame", "rendering_time", "rgb", "rgba"]
+
+
+def test_a_given_render_product_gets_the_camera_and_the_size(printed):
+    """By the class Camera, and by `isaacsim.core.utils.render_product`: the pictures then have that size."""
+    assert printed("""
+import omni.replicator.core as rep
+from isaacsim.core.utils import render_product
+other = rep.create.camera()
+path = rep.create.render_product("/OmniverseKit_Persp", (32, 16)).path
+camera = Camera("/World/camera", resolution=(8, 4), render_product_path=path)
+world.reset()
+camera.initialize()
+world.step(render=True)
+print([camera.get_rgba().shape, camera.get_render_product_path() == path])
+print([render_product.get_camera_prim_path(path), render_product.get_resolution(path)])
+render_product.set_resolution(path, (6, 2))
+annotator = rep.AnnotatorRegistry.get_annotator("rgb")
+annotator.attach(path)
+world.step(render=True)
+print(annotator.get_data().shape)
+""") == [[(4, 8, 4), True], ["/World/camera", (8, 4)], (2, 6, 4)]

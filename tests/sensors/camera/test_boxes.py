@@ -81,8 +81,8 @@ def test_what_is_hidden_has_a_loose_box_and_a_box_in_space_but_no_tight_one():
         )
     assert tight["data"].shape == (0,)
     assert loose["info"]["primPaths"] == space["info"]["primPaths"] == ["/World/B"]
-    assert hidden["data"].dtype.names == ("instanceId", "semanticId", "occlusionRatio")
-    assert hidden["data"]["occlusionRatio"].tolist() == [1.0]
+    assert hidden.dtype.names == ("instanceId", "semanticId", "occlusionRatio")
+    assert hidden["occlusionRatio"].tolist() == [1.0]
 
 
 def test_a_box_in_space_is_the_extent_in_the_axes_of_the_prim_and_its_pose():
