@@ -10,6 +10,7 @@ from graph.sim.scene.prim_attributes import set_property
 from sensors.camera.lens_models import MODELS, NOMINAL, lens_model
 from sensors.camera.names import LENS, LENS_MODEL
 
+from .old_prims import SingleXFormPrim
 from .own_schemas import applied
 from .prims import attribute
 
@@ -72,9 +73,7 @@ _SCHEMAS = {
 }
 
 
-class CameraLens:
-    prim: Any
-    prim_path: str
+class CameraLens(SingleXFormPrim):
     get_resolution: Callable[[], tuple[int, int]]
     get_focal_length: Callable[[], float]
     get_horizontal_aperture: Callable[[], float]
@@ -182,4 +181,4 @@ class CameraLens:
             self._refuse(name, value, known)
 
     def _refuse(self, what: str, value: str, known: Sequence[str]) -> None:
-        app().warn("camera-value-unknown", self.prim_path, f"{what} {value!r} is left out; there are {', '.join(known)}")
+        app().warn("camera-value-unknown", self.prim_path, f"{what} {value!r} is left out; known: {', '.join(known)}")

@@ -14,7 +14,6 @@ from sensors.products import product_name, render_product
 from sensors.replicator import get_annotator
 
 from .camera_lens import CameraLens
-from .old_prims import SingleXFormPrim
 from .render_products import set_camera_prim_path, set_resolution
 from .transforms import quat_to_rot_matrix, rot_matrix_to_quat
 
@@ -27,7 +26,7 @@ R_U_TRANSFORM = np.diag([1.0, -1.0, -1.0, 1.0])
 """Between the optical frame and the stage's axes of a camera, (4, 4)."""
 
 
-class Camera(SingleXFormPrim, CameraLens):
+class Camera(CameraLens):
     supported_annotators = (
         "normals",
         "motion_vectors",
@@ -145,7 +144,7 @@ class Camera(SingleXFormPrim, CameraLens):
         found = found["data"] if isinstance(found, dict) and "data" in found else found
         if found is not None and len(found):
             return found
-        app().warn("camera-no-data", self.prim_path, f"{annotator} has no data yet: nothing was rendered since it began")
+        app().warn("camera-no-data", self.prim_path, f"{annotator} has no data yet; render an update first")
         return None
 
     def get_rgba(self, device: Any = None) -> Any:

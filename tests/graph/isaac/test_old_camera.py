@@ -219,7 +219,7 @@ print([camera.get_projection_mode(), camera.get_stereo_role(), camera.get_shutte
 
 
 def test_a_frame_holds_what_annotators_give_until_they_are_removed(printed):
-    """Colours have the key of each version; labels come with what their numbers mean. There is nothing before a frame."""
+    """Colours have the key of each version; labels come with their meaning. Before a frame there is nothing."""
     before, frame, after = printed("""
 camera = Camera("/World/camera", resolution=(8, 4))
 world.reset()

@@ -2,7 +2,7 @@
 
 A folder is that of an extension, as the product has it: `.../exts/isaacsim.core.nodes`. Each module of tests runs in a
 process of its own by `graph exec`, over the modules of this project; only modules of tests, and `--helpers`, come from
-the folder. A test case is a program with your rights.
+the folder and those beside it. A test case is a program with your rights.
 """
 
 from __future__ import annotations
@@ -74,7 +74,14 @@ def run(module: str, folders: list[Path], options: argparse.Namespace, only: str
     with tempfile.TemporaryDirectory() as place:
         out = Path(place) / "cases.json"
         command = [sys.executable, "-m", "graph", "exec", *options.exec.split(), str(SCRIPT), module, str(out)]
-        command += [str(options.limit), only, str(int(options.no_cuda)), options.helpers, *map(str, folders)]
+        beside = sorted({one for folder in folders for one in folder.parent.iterdir()} - {*folders})
+        command += [
+            str(options.limit),
+            only,
+            str(int(options.no_cuda)),
+            options.helpers,
+            *map(str, (*folders, *beside)),
+        ]
         paths = os.pathsep.join(filter(None, (os.getcwd(), os.environ.get("PYTHONPATH"))))
         environment, why, cases = {**os.environ, "PYTHONPATH": paths}, "", dict[str, tuple[str, str, str]]()
         while True:  # a case that is cut off ends its process, and another one goes on with the next case

@@ -135,7 +135,7 @@ signal.signal(signal.SIGALRM, time_up)
 try:
     loaded = importlib.import_module(module)
 except Exception as error:
-    found = {name: told(error) for name in written_cases(importlib.util.find_spec(module)) if only in name}
+    found = {name: told(error) for name in written_cases(Finder().find_spec(module)) if only in name}
     write(done=True)
     simulation_app.close()
 for made in [one for one in vars(loaded).values() if isinstance(one, type)]:
