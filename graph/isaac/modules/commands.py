@@ -11,9 +11,12 @@ import numpy as np
 from graph.base.suggest import did_you_mean
 from graph.isaac.outcomes import tell_inert
 from graph.isaac.session import app, warn
-from graph.sim.usd import UsdGeom
+from graph.sim.usd import Gf, Sdf, UsdGeom
+from sensors.errors import SensorValueError
 
+from .sensor_schema import IsaacSensorSchema, RangeSensorSchema
 from .stage import move_prim, refer
+from .undo import Done, note
 from .xforms import put
 
 __all__ = ["Command", "create", "execute", "execute_argv", "get_command_class", "register", "unregister"]
@@ -51,13 +54,28 @@ def create(name: str, **kwargs: Any) -> Any:
 def execute(name: str, **kwargs: Any) -> tuple[bool, Any]:
     own = get_command_class(name)
     if own is not None:
-        return True, own(**kwargs).do()
+        command = own(**kwargs)
+        result = command.do()
+        note(Done(name, command.undo, getattr(command, "redo", command.do)))
+        return True, result
     short = name.removesuffix("Command")
     found = _COMMANDS.get(short)
     if found is None:
         warn("command-unknown", name, f"there is no such command here{did_you_mean(short, _COMMANDS)}; it does nothing")
         return False, None
-    return True, found(**kwargs)
+    stage = app().stage
+    before = {text for value in kwargs.values() if (text := _path_text(value)) and stage.GetPrimAtPath(text)}
+    result = found(**kwargs)
+    made = _path_text(result)
+    fresh = bool(made) and made not in before
+    note(Done(name, (lambda: stage.RemovePrim(made)) if fresh else None, lambda: found(**kwargs)))
+    return True, result
+
+
+def _path_text(value: Any) -> str:
+    """The path of a prim that a value is or names; "" for other values."""
+    text = str(value.GetPath() if hasattr(value, "GetPath") and not isinstance(value, type) and value else value)
+    return text if text.startswith("/") and Sdf.Path.IsValidPathString(text) and Sdf.Path(text).IsPrimPath() else ""
 
 
 def execute_argv(name: str, argv: list[Any]) -> tuple[bool, Any]:
@@ -121,9 +139,15 @@ def _rtx(kind: str, default: str, module: str = "sensors_rtx") -> Callable[..., 
             options["attributes"] = attributes
         full = _free(_sensor_path(path, parent))
         type_ = getattr(import_module(f"graph.isaac.modules.{module}"), kind)
-        if config is None and usd_path is None:
-            return type_(full, **options).prim
-        return type_.create(full, config=config, usd_path=usd_path, variant=variant, **options).prim
+        if config is not None and usd_path is not None:
+            warn("command-argument-ignored", full, f"config {config} makes it; usd_path is left out")
+            usd_path = None
+        if config is not None or usd_path is not None:
+            try:
+                return type_.create(full, config=config, usd_path=usd_path, variant=variant, **options).prim
+            except SensorValueError as error:  # as the command of the product, which makes a sensor all the same
+                warn("sensor-config-unknown", full, f"{error}; it has the values of its schema")
+        return type_(full, **options).prim
 
     return made
 
@@ -149,18 +173,45 @@ def _physics_sensor(kind: str, default: str) -> Callable[..., Any]:
     return made
 
 
-def _range_lidar(path: str = "/Lidar", parent: Any = None, **named: Any) -> Any:
-    """The prim of a PhysX lidar: `min_range` is its attribute `minRange`, and so on."""
+def _range_sensor(
+    path: str = "",
+    parent: Any = None,
+    schema_type: Any = RangeSensorSchema.Lidar,
+    translation: Any = (0, 0, 0),
+    orientation: Any = (1, 0, 0, 0),
+    visibility: bool = False,
+    command: str = "RangeSensorCreatePrim",
+    **named: Any,
+) -> Any:
+    """The schema of a new prim: `min_range` is its attribute `minRange`, and so on."""
     from graph.sim.scene.prim_attributes import set_property
 
-    prim = app().stage.DefinePrim(_free(_sensor_path(path, parent)), "Lidar")
+    made = schema_type.Define(app().stage, _free(_sensor_path(path, parent)))
     for name, value in named.items():
         first, *others = name.split("_")
+        vector = list(value) if isinstance(value, (Gf.Vec3d, Gf.Vec3f)) else value
         try:
-            set_property(prim, first + "".join(map(str.capitalize, others)), value)
+            set_property(made.GetPrim(), first + "".join(map(str.capitalize, others)), vector)
         except ValueError:
-            tell_inert(f"omni.kit.commands: RangeSensorCreateLidar({name}=...)")
-    return prim
+            tell_inert(f"omni.kit.commands: {command}({name}=...)")
+    put(made.GetPrim(), translation=list(translation), orientation=_quaternion(orientation))
+    return made
+
+
+def _range_lidar(path: str = "/Lidar", parent: Any = None, **named: Any) -> Any:
+    return _range_sensor(path, parent, **{"high_lod": False, **named}, command="RangeSensorCreateLidar")
+
+
+def _light_beam(
+    path: str = "/LightBeam_Sensor", parent: Any = None, num_rays: int = 1, curtain_length: float = 0.0, **named: Any
+) -> Any:
+    command = "IsaacSensorCreateLightBeamSensor"
+    if num_rays > 1 and not curtain_length:
+        warn("command-refused", command, f"num_rays={num_rays} needs a curtain_length above 0; no sensor is made")
+        return None
+    kind = IsaacSensorSchema.IsaacLightBeamSensor
+    rays = {"num_rays": num_rays, "curtain_length": curtain_length}
+    return _range_sensor(path, parent, kind, **rays, **named, command=command)
 
 
 def _delete(paths: Any, destructive: bool = False, **_: Any) -> None:
@@ -353,6 +404,8 @@ _COMMANDS: dict[str, Callable[..., Any]] = {
     "IsaacSensorCreateRtxAcoustic": _rtx("Acoustic", "/RtxAcoustic", "acoustic_rtx"),
     "IsaacSensorCreateImuSensor": _physics_sensor("IMU", "/Imu_Sensor"),
     "IsaacSensorCreateContactSensor": _physics_sensor("Contact", "/Contact_Sensor"),
+    "IsaacSensorCreateLightBeamSensor": _light_beam,
+    "RangeSensorCreatePrim": _range_sensor,
     "RangeSensorCreateLidar": _range_lidar,
     "DeletePrims": _delete,
     "CreatePrim": _create_prim,

@@ -220,3 +220,95 @@ def test_values_of_an_instance_are_its_own():
         assert made.get_instance_count() == 2
         assert [value.get(), value.get(instance=0), value.get(instance=1)] == [3, 3, 5]
         assert value.get_attribute_data(1).get() == 5
+
+
+def test_undo_takes_back_what_commands_made_and_redo_makes_it_again(printed):
+    """A prim that was there before stays. A group is taken back as a whole; a command that cannot be says so once."""
+    lines, err = printed(f"""{APP}
+import omni.kit.commands, omni.kit.undo, omni.usd
+stage = omni.usd.get_context().get_stage()
+def there():
+    print([name for name in ("Lidar", "Old", "Box", "Ball", "Own") if stage.GetPrimAtPath(f"/{{name}}")])
+class Own(omni.kit.commands.Command):
+    def do(self):
+        stage.DefinePrim("/Own")
+    def undo(self):
+        stage.RemovePrim("/Own")
+omni.kit.commands.register(Own)
+stage.DefinePrim("/Old", "Xform")
+omni.kit.commands.execute("IsaacSensorCreateRtxLidar", path="/Lidar")
+omni.kit.undo.undo()
+there()
+omni.kit.undo.redo()
+there()
+with omni.kit.undo.group():
+    omni.kit.commands.execute("CreatePrim", prim_type="Cube", prim_path="/Box")
+    omni.kit.commands.execute("CreatePrim", prim_type="Sphere", prim_path="/Ball")
+    omni.kit.commands.execute("Own")
+there()
+print(omni.kit.undo.undo())
+there()
+print(omni.kit.undo.redo())
+there()
+omni.kit.commands.execute("CreatePrim", prim_type="Xform", prim_path="/Old")
+print([omni.kit.undo.undo(), omni.kit.undo.undo(), omni.kit.undo.redo()])
+there()
+app.close()
+""")
+    assert lines == [
+        *("['Old']", "['Lidar', 'Old']", "['Lidar', 'Old', 'Box', 'Ball', 'Own']"),
+        *("True", "['Lidar', 'Old']", "True", "['Lidar', 'Old', 'Box', 'Ball', 'Own']"),
+        *("[False, True, True]", "['Lidar', 'Old', 'Box', 'Ball', 'Own']"),
+    ]
+    assert err.count("omni.kit.undo.undo of CreatePrim") == 1
+
+
+def test_sensors_of_physx_are_made_and_read_by_their_schemas(printed):
+    """A curtain of several beams has a length. An attribute that a schema lacks is refused."""
+    lines, err = printed(f"""{APP}
+import omni.kit.commands, omni.usd
+from pxr import Gf, RangeSensorSchema
+import omni.isaac.IsaacSensorSchema as IsaacSensorSchema
+stage = omni.usd.get_context().get_stage()
+_, lidar = omni.kit.commands.execute("RangeSensorCreateLidar", translation=Gf.Vec3d(1, 2, 3), horizontal_fov=90.0)
+print([str(lidar.GetPath()), lidar.GetHorizontalFovAttr().Get(), lidar.GetHighLodAttr().Get(), bool(lidar)])
+print(tuple(stage.GetPrimAtPath("/Lidar").GetAttribute("xformOp:translate").Get()))
+lidar.CreateVerticalFovAttr(45.0)
+print([RangeSensorSchema.Lidar(lidar.GetPrim()).GetVerticalFovAttr().Get(), hasattr(lidar, "GetNumRaysAttr")])
+_, beams = omni.kit.commands.execute(
+    "IsaacSensorCreateLightBeamSensor", num_rays=5, curtain_length=2.0, forward_axis=Gf.Vec3d(0, 1, 0)
+)
+print([beams.GetNumRaysAttr().Get(), tuple(beams.GetForwardAxisAttr().Get()), beams.GetMaxRangeAttr().Get()])
+print([bool(IsaacSensorSchema.IsaacBaseSensor(one.GetPrim())) for one in (beams, lidar)])
+print(omni.kit.commands.execute("IsaacSensorCreateLightBeamSensor", num_rays=5))
+app.close()
+""")
+    assert lines == [
+        "['/Lidar', 90.0, False, True]",
+        "(1.0, 2.0, 3.0)",
+        "[45.0, False]",
+        "[5, (0.0, 1.0, 0.0), 100.0]",
+        "[True, False]",
+        "(True, None)",
+    ]
+    assert "num_rays=5 needs a curtain_length above 0" in err
+
+
+def test_commands_of_rtx_sensors_make_one_in_spite_of_a_wrong_configuration(printed):
+    """As in the product; a warning names the known ones, or what is left out."""
+    lines, err = printed(f"""{APP}
+import omni.kit.commands
+for kind, config in (("Lidar", "no_such"), ("Radar", "no_such"), ("Lidar", "OS1")):
+    usd = None if kind == "Radar" else "no.usd"
+    done, prim = omni.kit.commands.execute(f"IsaacSensorCreateRtx{{kind}}", path="/A", config=config, usd_path=usd)
+    print([done, str(prim.GetPath()), str(prim.GetTypeName())])
+app.close()
+""")
+    assert lines == [
+        "[True, '/Lidar', 'OmniLidar']",
+        "[True, '/Radar', 'OmniRadar']",
+        "[True, '/Lidar_01', 'OmniLidar']",
+    ]
+    assert "no lidar config 'no_such'" in err
+    assert "there is no radar configuration 'no_such'" in err
+    assert err.count("usd_path is left out") == 2
