@@ -55,12 +55,18 @@ class InertialUnit:
         self._path = path
         self._body = body_of(scene, path)
         self._gravity = gravity_of(scene)
-        self._widths = [min(max(width, 1), LONGEST) for width in widths]
-        self._samples: deque[_Sample] = deque(maxlen=max(self._widths))
+        self._samples: deque[_Sample] = deque()
+        self.average_over(widths)
         self._velocity, _, _ = self._motion()
         self._time = scene.times.time
         self.close = scene.on("physics_post_step", self._step)
         """Ends the following."""
+
+    def average_over(self, widths: tuple[int, int, int]) -> None:
+        """Sets over how many steps acceleration, angular velocity and orientation are each averaged from now on."""
+        self._widths = [min(max(width, 1), LONGEST) for width in widths]
+        if max(self._widths) != self._samples.maxlen:
+            self._samples = deque(self._samples, maxlen=max(self._widths))
 
     def reading(self, gravity: bool = True) -> InertialReading | None:
         """The newest reading; at rest its acceleration is 9.81 m/s2 up, or 0 without gravity. None before a step."""

@@ -14,6 +14,7 @@ from graph.isaac.session import app, warn
 from graph.sim.usd import Gf, Sdf, UsdGeom
 from sensors.errors import SensorValueError
 
+from .prims import attribute
 from .sensor_schema import IsaacSensorSchema, RangeSensorSchema
 from .stage import move_prim, refer
 from .undo import Done, note
@@ -159,6 +160,7 @@ def _physics_sensor(kind: str, default: str) -> Callable[..., Any]:
         from . import sensor_prims
 
         full = _free(_sensor_path(path, parent))
+        period = rest.pop("sensor_period", None)
         known = {key: rest[key] for key in rest if key.endswith(("_filter_size", "threshold", "radius"))}
         for name in (key for key, value in rest.items() if key not in known and value is not None):
             tell_inert(f"omni.kit.commands: IsaacSensorCreate{kind}Sensor({name}=...)")
@@ -168,7 +170,9 @@ def _physics_sensor(kind: str, default: str) -> Callable[..., Any]:
             translation=(0, 0, 0) if translation is None else list(translation),
             orientation=_quaternion(orientation),
         )
-        return one.prims[0]
+        if period is not None:
+            attribute(one.prims[0], "sensorPeriod", "float", float(period))
+        return getattr(IsaacSensorSchema, one.kind)(one.prims[0])
 
     return made
 
@@ -210,8 +214,8 @@ def _light_beam(
         warn("command-refused", command, f"num_rays={num_rays} needs a curtain_length above 0; no sensor is made")
         return None
     kind = IsaacSensorSchema.IsaacLightBeamSensor
-    rays = {"num_rays": num_rays, "curtain_length": curtain_length}
-    return _range_sensor(path, parent, kind, **rays, **named, command=command)
+    rays: dict[str, Any] = {"num_rays": num_rays, "curtain_length": curtain_length}
+    return _range_sensor(path, parent, kind, command=command, **rays, **named)
 
 
 def _delete(paths: Any, destructive: bool = False, **_: Any) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,8 +10,15 @@ from graph.isaac.session import app
 from sensors.inertial import attribute_of
 
 from . import sensor_readings as readings
+from .held_readings import Held
 from .old_prims import SingleXFormPrim
 from .prims import attribute
+from .sensor_interfaces import (
+    CsSensorReading,
+    IsSensorReading,
+    acquire_contact_sensor_interface,
+    acquire_imu_sensor_interface,
+)
 from .sensor_prims import IMU, Contact
 from .stage import usd_stage
 
@@ -41,9 +47,7 @@ class _Paced(SingleXFormPrim):
         return float(attribute_of(self.prim, "sensorPeriod", app().simulation.get_physics_dt()))
 
     def set_dt(self, value: float) -> None:
-        """Keeps the period on the prim; readings are of the newest physics step."""
         attribute(self.prim, "sensorPeriod", "float", value)
-        app().warn("sensor-period-ignored", self.prim_path, "readings are of the newest physics step")
 
     def _pace(self, frequency: float | None, dt: float | None) -> None:
         if frequency is not None and dt is not None:
@@ -79,7 +83,7 @@ class IMUSensor(_Paced):
             orientation_filter_size=orientation_filter_size,
         )
         super().__init__(prim_path, name, position, translation, orientation)
-        self._sensor = readings.IMUSensor(prim_path)
+        self._interface = acquire_imu_sensor_interface()
         self._frame = {
             "time": 0.0,
             "physics_step": 0.0,
@@ -89,21 +93,20 @@ class IMUSensor(_Paced):
         }
         self._pace(frequency, dt)
 
-    def get_sensor_reading(self, *_: Any, read_gravity: bool = True, **__: Any) -> Any:
-        one = self._sensor.get_sensor_reading(read_gravity)
-        short = {"linear_acceleration": "lin_acc", "angular_velocity": "ang_vel"}
-        flat = {f"{two}_{axis}": getattr(one, f"{name}_{axis}") for name, two in short.items() for axis in "xyz"}
-        return SimpleNamespace(
-            is_valid=one.is_valid, time=one.time, orientation=np.array(list(one.orientation)), **flat
-        )
+    def get_sensor_reading(
+        self, interpolation_function: Any = None, use_latest_data: bool = False, read_gravity: bool = True
+    ) -> IsSensorReading:
+        return self._interface.get_sensor_reading(self.prim_path, interpolation_function, use_latest_data, read_gravity)
 
     def get_current_frame(self, read_gravity: bool = True) -> dict[str, Any]:
-        valid = self._sensor.get_sensor_reading(read_gravity).is_valid
-        self._frame["is_valid"] = valid
-        if valid:
-            found = self._sensor.get_data(read_gravity)
-            short = {"linear_acceleration": "lin_acc", "angular_velocity": "ang_vel"}
-            self._frame.update((short.get(name, name), value) for name, value in found.items())
+        one = self.get_sensor_reading(read_gravity=read_gravity)
+        self._frame["is_valid"] = one.is_valid
+        if one.is_valid:
+            x, y, z, w = one.orientation
+            self._frame.update(time=one.time, physics_step=float(app().simulation.get_num_physics_steps()))
+            self._frame["orientation"] = np.array([w, x, y, z], np.float32)
+            for name in ("lin_acc", "ang_vel"):
+                self._frame[name] = np.array([getattr(one, f"{name}_{axis}") for axis in "xyz"], np.float32)
         return self._frame
 
 
@@ -129,12 +132,14 @@ class ContactSensor(_Paced):
         for one in (*accessors, "get_max_threshold", "set_max_threshold"):
             setattr(self, one, getattr(made, one))
 
-    def get_sensor_reading(self, *_: Any, **__: Any) -> readings.ContactSensorReading:
-        return self._sensor.get_sensor_reading()
+    def get_sensor_reading(self, use_latest_data: bool = False) -> CsSensorReading:
+        return acquire_contact_sensor_interface().get_sensor_reading(self.prim_path, use_latest_data)
 
     def get_current_frame(self) -> dict[str, Any]:
-        if self._sensor.get_sensor_reading().is_valid:
+        one = self.get_sensor_reading()
+        if one.is_valid:
             self._frame.update(self._sensor.get_data())
+            self._frame.update(time=one.time, in_contact=one.in_contact, force=one.value)
         return self._frame
 
     def add_raw_contact_data_to_frame(self) -> None:
@@ -152,7 +157,16 @@ class EffortSensor(readings.EffortSensor):
     ) -> None:
         if not usd_stage().GetPrimAtPath(prim_path):
             raise ValueError(f"{prim_path} does not exist; give the path of a joint")
+        self.sensor_period, self.use_latest_data = sensor_period, use_latest_data
+        self._held = Held(super().get_sensor_reading, lambda: self.sensor_period, lambda: self.data_buffer_size)
         super().__init__(prim_path, enabled)
 
-    def get_sensor_reading(self, *_: Any, **__: Any) -> readings.EffortSensorReading:
-        return super().get_sensor_reading()
+    @property
+    def interpolation_buffer(self) -> list[EsSensorReading]:
+        """The readings taken at the sensor's last time, newest first."""
+        return self._held.filled()[: self.data_buffer_size]
+
+    def get_sensor_reading(
+        self, interpolation_function: Any = None, use_latest_data: bool = False
+    ) -> readings.EffortSensorReading:
+        return self._held.reading(interpolation_function, latest=use_latest_data or self.use_latest_data)

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from graph.isaac.session import app, kit
+from sensors.inertial import attribute_of, widths_of
 
 from . import sensor_readings as readings
+from .held_readings import Held
 from .physics_scripts import intToSdfPath
+from .sensor_readings import Quaternion
 from .stage import usd_stage
 
 __all__ = [
@@ -55,7 +58,7 @@ class IsSensorReading:
     ang_vel_x: float = 0.0
     ang_vel_y: float = 0.0
     ang_vel_z: float = 0.0
-    orientation: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
+    orientation: Quaternion = field(default_factory=lambda: Quaternion(0.0, 0.0, 0.0, 0.0))
     is_valid: bool = False
 
 
@@ -65,10 +68,19 @@ def _is_sensor(path: str, type_name: str) -> bool:
     return bool(prim) and prim.GetTypeName() == type_name and app().simulation.built
 
 
-def _sensor(path: str, type_name: str, make: Callable[[str], Any]) -> Any:
-    if not _is_sensor(path, type_name):
+def _contact_sensor(path: str) -> Any:
+    if not _is_sensor(path, "IsaacContactSensor"):
         return None
-    return kit().singleton((type_name, path), lambda: make(path))
+    return kit().singleton(("IsaacContactSensor", path), lambda: readings.ContactSensor(path))
+
+
+def _period(path: str) -> float:
+    prim = usd_stage().GetPrimAtPath(path)
+    return float(attribute_of(prim, "sensorPeriod", 0.0)) if prim else 0.0
+
+
+def _held(path: str, read: Callable[[], Any], *key: Any, length: Callable[[], int] = lambda: 20) -> Held:
+    return kit().singleton((Held, path, *key), lambda: Held(read, lambda: _period(path), length))
 
 
 class ContactSensorInterface:
@@ -76,14 +88,18 @@ class ContactSensorInterface:
         return _is_sensor(sensor_path, "IsaacContactSensor")
 
     def get_sensor_reading(self, sensor_path: str, use_latest_data: bool = False) -> CsSensorReading:
-        sensor = _sensor(sensor_path, "IsaacContactSensor", readings.ContactSensor)
+        sensor = _contact_sensor(sensor_path)
         if sensor is None:
             return CsSensorReading()
-        one = sensor.get_sensor_reading()
-        return CsSensorReading(one.time, one.value, one.in_contact, one.is_valid)
+
+        def read() -> CsSensorReading:
+            one = sensor.get_sensor_reading()
+            return CsSensorReading(one.time, one.value, one.in_contact, one.is_valid)
+
+        return _held(sensor_path, read).reading(latest=use_latest_data)
 
     def get_contact_sensor_raw_data(self, sensor_path: str) -> np.ndarray:
-        sensor = _sensor(sensor_path, "IsaacContactSensor", readings.ContactSensor)
+        sensor = _contact_sensor(sensor_path)
         return _array([] if sensor is None else sensor.get_raw_data())
 
     def get_rigid_body_raw_data(self, body_path: str) -> np.ndarray:
@@ -101,8 +117,9 @@ class ImuSensorInterface:
 
     def _follow(self) -> None:
         """Follows every unit of the stage from now on: a reading needs the motion before it."""
-        for prim in usd_stage().Traverse():
-            _sensor(str(prim.GetPath()), "IsaacImuSensor", readings.IMUSensor)
+        for prim in (one for one in usd_stage().Traverse() if one.GetTypeName() == "IsaacImuSensor"):
+            for gravity in (True, False):
+                self._held(str(prim.GetPath()), gravity)
 
     def is_imu_sensor(self, sensor_path: str) -> bool:
         return _is_sensor(sensor_path, "IsaacImuSensor")
@@ -114,14 +131,25 @@ class ImuSensorInterface:
         use_latest_data: bool = False,
         read_gravity: bool = True,
     ) -> IsSensorReading:
-        sensor = _sensor(sensor_path, "IsaacImuSensor", readings.IMUSensor)
-        one = readings.IMUSensorReading() if sensor is None else sensor.get_sensor_reading(read_gravity)
-        if not one.is_valid:
+        if not self.is_imu_sensor(sensor_path):
             return IsSensorReading()
-        turn, felt = one.orientation, {"lin_acc": "linear_acceleration", "ang_vel": "angular_velocity"}
-        named = {f"{short}_{axis}": getattr(one, f"{name}_{axis}") for short, name in felt.items() for axis in "xyz"}
-        orientation = (turn.x, turn.y, turn.z, turn.w)
-        return IsSensorReading(time=one.time, orientation=orientation, is_valid=True, **named)
+        return self._held(sensor_path, read_gravity).reading(interpolation_function, latest=use_latest_data)
+
+    def _held(self, path: str, gravity: bool) -> Held:
+        sensor = kit().singleton(("IsaacImuSensor", path), lambda: readings.IMUSensor(path))
+
+        def read() -> IsSensorReading:
+            one = sensor.get_sensor_reading(gravity)
+            if not one.is_valid:
+                return IsSensorReading()
+            named = {
+                f"{short}_{axis}": getattr(one, f"{name}_{axis}")
+                for short, name in (("lin_acc", "linear_acceleration"), ("ang_vel", "angular_velocity"))
+                for axis in "xyz"
+            }
+            return IsSensorReading(time=one.time, orientation=one.orientation, is_valid=True, **named)
+
+        return _held(path, read, gravity, length=lambda: 2 * max(10, *widths_of(usd_stage().GetPrimAtPath(path))))
 
 
 def _array(contacts: list[dict[str, Any]]) -> np.ndarray:

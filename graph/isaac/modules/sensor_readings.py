@@ -56,6 +56,8 @@ class Quaternion:
 
 @dataclass
 class IMUSensorReading:
+    """Accelerations in stage units per s2, angular velocities in rad/s, time in s."""
+
     linear_acceleration_x: float = 0.0
     linear_acceleration_y: float = 0.0
     linear_acceleration_z: float = 0.0
@@ -211,12 +213,16 @@ class IMUSensor(_Authored):
         self._followed.restart()
 
     def get_sensor_reading(self, read_gravity: bool = True) -> IMUSensorReading:
-        unit = self._followed.unit
-        found = None if self._prim() is None or unit is None else unit.reading(read_gravity)
+        unit, prim = self._followed.unit, self._prim()
+        if prim is None or unit is None:
+            return IMUSensorReading()
+        unit.average_over(widths_of(prim))
+        found = unit.reading(read_gravity)
         if found is None:
             return IMUSensorReading()
         x, y, z, w = map(float, found.orientation)
-        named = {f"linear_acceleration_{axis}": float(one) for axis, one in zip("xyz", found.acceleration, strict=True)}
+        felt = found.acceleration / app().meters_per_unit
+        named = {f"linear_acceleration_{axis}": float(one) for axis, one in zip("xyz", felt, strict=True)}
         for axis, one in zip("xyz", found.angular_velocity, strict=True):
             named[f"angular_velocity_{axis}"] = float(one)
         return IMUSensorReading(orientation=Quaternion(w, x, y, z), time=found.time, is_valid=True, **named)
@@ -293,9 +299,10 @@ def raw_contacts(prim: Any) -> list[dict[str, Any]]:
 
 
 def contacts_at(prim: Any) -> tuple[float, list[dict[str, Any]]]:
-    """Size of the total force on a sensor's body [N], and each contact within its radius.
+    """Size of the total force on a sensor's body [kg * stage units / s2], and each contact within its radius.
 
-    A contact: time and dt [s], body0 (the sensor's) and body1, position [stage units], normal, impulse [N s].
+    A contact: time and dt [s], body0 (the sensor's) and body1, position [stage units], normal, impulse
+    [kg * stage units / s].
     """
     present, path = app(), str(prim.GetPath())
     body = body_of(present.world, path)
@@ -318,10 +325,10 @@ def contacts_at(prim: Any) -> tuple[float, list[dict[str, Any]]]:
                 "body1": names[0] if second else names[1],
                 "position": (held.positions[row] / unit).astype(np.float32),
                 "normal": ((1.0 if second else -1.0) * held.normals[row]).astype(np.float32),
-                "impulse": (force * held.dt).astype(np.float32),
+                "impulse": (force / unit * held.dt).astype(np.float32),
             }
         )
-    return float(total), out
+    return float(total / unit), out
 
 
 class EffortSensor(_Sensor):

@@ -8,7 +8,7 @@ from typing import Any
 
 
 class _Schema:
-    """`GetXAttr` and `CreateXAttr` for each attribute that the prim's schema has."""
+    """A prim, with `GetXAttr` and `CreateXAttr` for each attribute of its schema."""
 
     kinds: tuple[str, ...] = ()
     """The types of prims that it stands for; it defines the last one."""
@@ -36,6 +36,8 @@ class _Schema:
     def __getattr__(self, name: str) -> Any:
         found = re.fullmatch(r"(Get|Create)(\w)(\w*)Attr", name)
         attribute = found and self._prim.GetAttribute(found[2].lower() + found[3])
+        if found is None and not name.startswith("__"):
+            return getattr(self._prim, name)
         if not attribute:
             raise AttributeError(f"{type(self).__name__} has no {name}")
 

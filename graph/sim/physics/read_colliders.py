@@ -63,6 +63,7 @@ class _Reader:
     def __init__(self, scan: Scan, path: str, prim: Any, filters: Filters, warn: Warn) -> None:
         self.prim, self.path = prim, path
         self.body = scan.moving_body_of(path)
+        self.falls = self.body is not None and not scan.bodies[self.body].kinematic
         self.warn = warn
         frame = scan.world_matrix(prim)
         frame[:3] *= scan.meters_per_unit
@@ -157,8 +158,8 @@ class _Reader:
         normal = np.linalg.inv(self.frame[:3, :3]).T @ axis_vector(axis)
         pose = _facing(normal / np.linalg.norm(normal), self.frame[:3, 3])
         if endless(self.prim):
-            if self.body is not None:
-                self.warn("bad-collider", self.path, "an endless Plane cannot move with a body; give it a width")
+            if self.falls:
+                self.warn("bad-collider", self.path, "an endless Plane cannot fall with a body; give it a width")
                 return []
             return [self._make("plane", pose)]
         shape = shape_of(self.prim, 1.0, self._complain)

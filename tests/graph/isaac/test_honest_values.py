@@ -305,9 +305,9 @@ for kind, config in (("Lidar", "no_such"), ("Radar", "no_such"), ("Lidar", "OS1"
 app.close()
 """)
     assert lines == [
-        "[True, '/Lidar', 'OmniLidar']",
-        "[True, '/Radar', 'OmniRadar']",
-        "[True, '/Lidar_01', 'OmniLidar']",
+        "[True, '/A', 'OmniLidar']",
+        "[True, '/A_01', 'OmniRadar']",
+        "[True, '/A_02', 'OmniLidar']",
     ]
     assert "no lidar config 'no_such'" in err
     assert "there is no radar configuration 'no_such'" in err
