@@ -264,7 +264,7 @@ app.close()
 
 
 def test_sensors_of_physx_are_made_and_read_by_their_schemas(printed):
-    """A curtain of several beams has a length. An attribute that a schema lacks is refused."""
+    """Several beams need a curtain length. An attribute that the schema does not have is refused."""
     lines, err = printed(f"""{APP}
 import omni.kit.commands, omni.usd
 from pxr import Gf, RangeSensorSchema

@@ -489,7 +489,8 @@ def test_a_ball_lands_on_a_collider_that_was_moved_under_it(fabric):
 
 def test_a_ball_lands_on_an_endless_ground_that_was_moved(fabric):
     """The Plane that moves is still endless: the ball, of radius 0.2, comes down 50 m away from the Plane's place."""
-    app = playing(fabric=fabric, prims={**PRIMS, "/World/Ball": {**PRIMS["/World/Ball"], "velocity": [0, 0, 0]}})
+    still = {"/World/Ball": {**PRIMS["/World/Ball"], "velocity": [0, 0, 0]}}
+    app = playing(fabric=fabric, prims={"/World/Ground": {"type": "Plane", "translate": [0, 0, 0]}, **still})
     translate(app, "/World/Ground", 50, 0, 3)
     app.update(240)
     assert place(app, "/World/Ball")[2] == pytest.approx(3.2, abs=0.01)
