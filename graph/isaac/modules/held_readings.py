@@ -5,12 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import fields, replace
 from fractions import Fraction
-from typing import Any
+from typing import Any, Generic, Protocol, TypeVar
 
 from graph.isaac.session import app
 
 
-class Held:
+class Reading(Protocol):
+    """A dataclass of a sensor's reading."""
+
+    time: float
+    is_valid: bool
+
+
+T = TypeVar("T", bound=Reading)
+
+
+class Held(Generic[T]):
     """Takes a reading at each physics step, and at each time of the sensor interpolates between the last two.
 
     read: gives the newest reading, a dataclass with `time` [s] and `is_valid`. period: gives the sensor's period [s];
@@ -18,12 +28,12 @@ class Held:
     """
 
     def __init__(
-        self, read: Callable[[], Any], period: Callable[[], float], length: Callable[[], int] = lambda: 20
+        self, read: Callable[[], T], period: Callable[[], float], length: Callable[[], int] = lambda: 20
     ) -> None:
         self._read, self._period, self._length = read, period, length
-        self.newest: list[Any] = []
+        self.newest: list[T] = []
         """The readings of the last physics steps, newest first."""
-        self.taken: list[Any] = []
+        self.taken: list[T] = []
         """Those of `newest` when the sensor last took one."""
         self._time = Fraction(0)
         present = app()
@@ -36,7 +46,7 @@ class Held:
 
         present.on("stage_closing", end)
 
-    def filled(self) -> list[Any]:
+    def filled(self) -> list[T]:
         """`taken`, with empty readings up to its length."""
         return [*self.taken, *(type(self._read())() for _ in range(self._length() - len(self.taken)))]
 
@@ -56,7 +66,7 @@ class Held:
             self.taken = list(self.newest)
             self._time += passed * steps / app().simulation.next_rate
 
-    def reading(self, interpolate: Callable[[list[Any], float], Any] | None = None, *, latest: bool = False) -> Any:
+    def reading(self, interpolate: Callable[[list[T], float], T] | None = None, *, latest: bool = False) -> T:
         """The reading at the sensor's last time; the newest before its first one, for `latest`, and without a period.
 
         interpolate: gives the reading from those taken (newest first) and the time [s].
@@ -68,7 +78,9 @@ class Held:
         if interpolate is not None:
             return interpolate(self.filled(), time)
         after = self.taken[0]
-        return between(self.taken[1], after, time) if len(self.taken) > 1 and time < after.time else after
+        if len(self.taken) > 1 and time < after.time:
+            after = between(self.taken[1], after, time)
+        return after
 
 
 def between(before: Any, after: Any, time: float) -> Any:

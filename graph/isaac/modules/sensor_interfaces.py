@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -12,11 +12,12 @@ from graph.isaac.session import app, kit
 from sensors.inertial import attribute_of, widths_of
 
 from . import sensor_readings as readings
-from .held_readings import Held
+from .held_readings import Held, Reading
 from .physics_scripts import intToSdfPath
 from .sensor_readings import Quaternion
 from .stage import usd_stage
 
+T = TypeVar("T", bound=Reading)
 __all__ = [
     "ContactSensorInterface",
     "CsSensorReading",
@@ -79,7 +80,7 @@ def _period(path: str) -> float:
     return float(attribute_of(prim, "sensorPeriod", 0.0)) if prim else 0.0
 
 
-def _held(path: str, read: Callable[[], Any], *key: Any, length: Callable[[], int] = lambda: 20) -> Held:
+def _held(path: str, read: Callable[[], T], *key: Any, length: Callable[[], int] = lambda: 20) -> Held[T]:
     return kit().singleton((Held, path, *key), lambda: Held(read, lambda: _period(path), length))
 
 
@@ -135,7 +136,7 @@ class ImuSensorInterface:
             return IsSensorReading()
         return self._held(sensor_path, read_gravity).reading(interpolation_function, latest=use_latest_data)
 
-    def _held(self, path: str, gravity: bool) -> Held:
+    def _held(self, path: str, gravity: bool) -> Held[IsSensorReading]:
         sensor = kit().singleton(("IsaacImuSensor", path), lambda: readings.IMUSensor(path))
 
         def read() -> IsSensorReading:
