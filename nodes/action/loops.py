@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from graph.base.records import dataclass
 from graph.node import Attribute, Database, NodeAtLoad, node_type
-from nodes.data.promotion import element_of
+from nodes.data.like_inputs import element_of
 
 LOOP_BODY = Attribute("execution", "follows once per pass, to its end, before the next pass")
 FINISHED = Attribute("execution", "follows once after the last pass")

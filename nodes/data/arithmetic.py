@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import Any
 
-from graph.node import Attribute, Database, NodeAtLoad, node_type
-from graph.values.types import INTEGER_RANGES
+from graph.node import Attribute, Database, KnownTypes, NodeAtLoad, node_type
+from graph.values.types import INTEGER_RANGES, TYPES
 
-from .like_inputs import incremented
-from .numbers import aligned, fitting, folded, for_types, quietly, settled, two_numbers
+from .like_inputs import incremented, same_type, signed
+from .numbers import aligned, changed, fitting, folded, for_types, input_type, quietly, settled, two_numbers
 from .promotion import promoted, quotient
 
 NUMERICS = ("numerics",)
@@ -22,51 +23,40 @@ def _operand(which: str) -> Attribute:
     return Attribute(NUMERICS, f"{which} operand")
 
 
-_add = folded(operator.add, "sum")
-_subtract = folded(operator.sub, "difference")
-_multiply = folded(operator.mul, "product")
+def _folded(name: str, operation: Callable[[Any, Any], Any], output: str, doc: str, result: str) -> None:
+    """Declares the node type `name`: `operation` over all operands; result: what its output says."""
+    fold = folded(operation, output)
+
+    def compute(db: Database) -> None:
+        fold(db)
+
+    compute.__doc__ = doc
+    node_type(
+        f"omni.graph.nodes.{name}",
+        version=2,
+        inputs={"a": _operand("first"), "b": _operand("second")},
+        outputs={output: Attribute(NUMERICS, result)},
+        dynamic_inputs={"{operand}": EXTRA},
+        resolve=promoted(output),
+        specialize=for_types(operation, output),
+    )(compute)
 
 
-@node_type(
-    "omni.graph.nodes.Add",
-    version=2,
-    inputs={"a": _operand("first"), "b": _operand("second")},
-    outputs={"sum": Attribute(NUMERICS, "a + b, and any further operands")},
-    dynamic_inputs={"{operand}": EXTRA},
-    resolve=promoted("sum"),
-    specialize=for_types(operator.add, "sum"),
+_folded("Add", operator.add, "sum", "Add the operands.", "a + b, and any further operands")
+_folded(
+    "Subtract",
+    operator.sub,
+    "difference",
+    "Subtract the other operands from the first.",
+    "a - b, less any further operands",
 )
-def add(db: Database) -> None:
-    """Add the operands."""
-    _add(db)
-
-
-@node_type(
-    "omni.graph.nodes.Subtract",
-    version=2,
-    inputs={"a": _operand("first"), "b": _operand("second")},
-    outputs={"difference": Attribute(NUMERICS, "a - b, less any further operands")},
-    dynamic_inputs={"{operand}": EXTRA},
-    resolve=promoted("difference"),
-    specialize=for_types(operator.sub, "difference"),
+_folded(
+    "Multiply",
+    operator.mul,
+    "product",
+    "Multiply the operands element by element (matrices too).",
+    "a x b, times any further operands",
 )
-def subtract(db: Database) -> None:
-    """Subtract the other operands from the first."""
-    _subtract(db)
-
-
-@node_type(
-    "omni.graph.nodes.Multiply",
-    version=2,
-    inputs={"a": _operand("first"), "b": _operand("second")},
-    outputs={"product": Attribute(NUMERICS, "a x b, times any further operands")},
-    dynamic_inputs={"{operand}": EXTRA},
-    resolve=promoted("product"),
-    specialize=for_types(operator.mul, "product"),
-)
-def multiply(db: Database) -> None:
-    """Multiply the operands element by element (matrices too)."""
-    _multiply(db)
 
 
 def _nonzero_b(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
@@ -152,3 +142,99 @@ def clamp(db: Database) -> None:
     import numpy as np
 
     db.outputs.result = np.minimum(np.maximum(value, lower), upper)
+
+
+TOLERANCE = Attribute("double", "how far from 0 still counts as 0", default=0.0, minimum=0.0)
+
+
+@node_type(
+    "omni.graph.nodes.Absolute",
+    version=1,
+    inputs={"input": Attribute(NUMERICS, "numbers, of any shape")},
+    outputs={"absolute": Attribute(NUMERICS, "the same numbers without their signs")},
+    resolve=same_type("input", "absolute"),
+)
+def absolute(db: Database) -> None:
+    """Give the absolute value, element by element; for the length of a vector use Magnitude."""
+    db.outputs.absolute = changed(db, abs, db.inputs.input, settled(db, "absolute"))
+
+
+@node_type(
+    "omni.graph.nodes.Negate",
+    version=1,
+    inputs={"input": Attribute(NUMERICS, "numbers of a type that has signs, of any shape")},
+    outputs={"output": Attribute(NUMERICS, "the same numbers with the other sign")},
+    resolve=signed("input", "output"),
+)
+def negate(db: Database) -> None:
+    """Negate numbers, element by element."""
+    db.outputs.output = changed(db, operator.neg, db.inputs.input, settled(db, "output"))
+
+
+@node_type(
+    "omni.graph.nodes.FMod",
+    version=1,
+    inputs={"a": Attribute(("decimals",), "the dividend"), "b": Attribute(("decimals",), "the divisor")},
+    outputs={"result": Attribute(("decimals",), "what remains of a, with its sign; 0 where b is 0")},
+    resolve=promoted("result"),
+)
+def float_remainder(db: Database) -> None:
+    """Give the remainder of real numbers, as C does: -7.5 by 2 leaves -1.5."""
+    a, b = aligned(db, "ab", settled(db, "result"))
+    if not hasattr(a, "dtype") and not hasattr(b, "dtype"):
+        db.outputs.result = math.fmod(a, b) if b and not math.isinf(a) else 0.0 if not b else math.nan
+        return
+    import numpy as np
+
+    with np.errstate(all="ignore"):
+        db.outputs.result = np.where(np.equal(b, 0), np.zeros_like(a), np.fmod(a, b))
+
+
+def _near_zero(db: Database) -> Any:
+    """Which numbers of the input are 0: a bool, or an array of bools of the same shape."""
+    return abs(db.inputs.value) <= db.inputs.tolerance
+
+
+@node_type(
+    "omni.graph.nodes.IsZero",
+    version=1,
+    inputs={"tolerance": TOLERANCE, "value": Attribute(NUMERICS, "what to look at")},
+    outputs={"result": Attribute("bool", "whether all of it is 0")},
+)
+def is_zero(db: Database) -> None:
+    """Give whether a number, or every number of a tuple or array, is 0."""
+    found = _near_zero(db)
+    db.outputs.result = bool(found.all()) if hasattr(found, "all") else found
+
+
+@node_type(
+    "omni.graph.nodes.AnyZero",
+    version=1,
+    inputs={"tolerance": TOLERANCE, "value": Attribute(NUMERICS, "what to look at")},
+    outputs={"result": Attribute("bool", "whether some of it is 0")},
+)
+def any_zero(db: Database) -> None:
+    """Give whether a number, or any number of a tuple or array, is 0."""
+    found = _near_zero(db)
+    db.outputs.result = bool(found.any()) if hasattr(found, "any") else found
+
+
+def _each_type(known: KnownTypes) -> Any:
+    given = known["inputs:value"]
+    return {} if given is None else {"outputs:result": TYPES["bool" if given.scalar else "bool[]"]}
+
+
+@node_type(
+    "omni.graph.nodes.EachZero",
+    version=1,
+    inputs={"tolerance": TOLERANCE, "value": Attribute(NUMERICS, "what to look at")},
+    outputs={"result": Attribute(("bool", "bool[]"), "whether it is 0, one answer for each part")},
+    resolve=_each_type,
+)
+def each_zero(db: Database) -> None:
+    """Give which parts are 0: elements of an array (all numbers of a tuple), numbers of a tuple, rows of a matrix."""
+    found, kind = _near_zero(db), input_type(db, "value")
+    if not hasattr(found, "ndim") or kind is None:
+        db.outputs.result = found
+    else:
+        db.outputs.result = found.reshape(len(found), -1).all(axis=1) if len(found) else found.reshape(0)

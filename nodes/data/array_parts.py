@@ -1,13 +1,86 @@
-"""Arrays filled, shortened, rotated and sliced; inputs are never written to."""
+"""Arrays made, indexed, filled, shortened, rotated and sliced; inputs are never written to."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from graph.node import Attribute, Database, node_type
+from graph.values.coercion import dtype_of
+from graph.values.types import concrete_type
 
-from .array_edits import ARRAY, ARRAYS, ELEMENTS, element_for, places_of, resized
-from .like_inputs import edited_array, filled_array, same_type
+from .array_edits import ARRAY, ARRAYS, ELEMENTS, INDEX, element_for, places_of, resized
+from .like_inputs import edited_array, element_of, filled_array, same_type
+from .promotion import array_of_first
+
+ELEMENT = Attribute(("array_elements",), "an element")
+_NAMES = (
+    *("bool", "double", "float", "half", "int", "int64", "token", "uchar", "uint", "uint64"),
+    *("double[2]", "double[3]", "double[4]", "matrixd[2]", "matrixd[3]", "matrixd[4]"),
+    *("float[2]", "float[3]", "float[4]", "half[2]", "half[3]", "half[4]", "int[2]", "int[3]", "int[4]"),
+    *("timecode", "frame[4]"),
+    *(f"color{kind}[{size}]" for size in (3, 4) for kind in "dfh"),
+    *(f"{role}{kind}[3]" for role in ("normal", "point") for kind in "dfh"),
+    *(f"quat{kind}[4]" for kind in "dfh"),
+    *(f"texcoord{kind}[{size}]" for size in (2, 3) for kind in "dfh"),
+    *(f"vector{kind}[3]" for kind in "dfh"),
+)
+ARRAY_TYPES = ("auto", *(f"{name}[]" for name in _NAMES))
+
+
+@node_type(
+    "omni.graph.nodes.ConstructArray",
+    version=1,
+    inputs={
+        "arraySize": Attribute("int", "elements of the array", default=1, literal_only=True, minimum=0),
+        "arrayType": Attribute(
+            "token",
+            "type of the array; auto takes that of the first input whose type is known",
+            default="auto",
+            literal_only=True,
+            allowed_tokens=ARRAY_TYPES,
+        ),
+        "input0": ELEMENT,
+    },
+    outputs={"array": Attribute(("arrays",), "the array")},
+    dynamic_inputs={"input{n}": ELEMENT},
+    resolve=array_of_first,
+)
+def construct_array(db: Database) -> None:
+    """Make an array of input0, input1, ...; a smaller arraySize truncates it, a larger one repeats the last element."""
+    size = db.inputs.arraySize
+    if size < 0:
+        db.fail(f"input arraySize is {size}; give it 0 or more")
+    elements = db.dynamic_inputs("input")[:size]
+    array_type = concrete_type(str(db.output_type("array")))
+    db.claim(size * 8 * max(1, array_type.count) * (array_type.count if array_type.square else 1))
+    elements += elements[-1:] * (size - len(elements))
+    if array_type.storage == "token":
+        db.outputs.array = elements
+        return
+    import numpy as np
+
+    try:
+        db.outputs.array = np.array(elements, dtype_of(array_type)).reshape(size, *array_type.shape)
+    except OverflowError:
+        db.fail(f"an input does not fit {array_type.element}; choose a wider arrayType")
+
+
+@node_type(
+    "omni.graph.nodes.ArrayIndex",
+    version=1,
+    inputs={
+        "array": Attribute(("arrays",), "the array to look into"),
+        "index": INDEX,
+    },
+    outputs={"value": Attribute(("array_elements",), "the element there")},
+    resolve=element_of("array", "value"),
+)
+def array_index(db: Database) -> None:
+    """Read one element of an array."""
+    array, index = db.inputs.array, _index(db)
+    element = array[index]
+    db.outputs.value = element.item() if getattr(element, "ndim", None) == 0 else element
+
 
 CHANGED = Attribute(ARRAYS, "the array that comes of it")
 
@@ -50,16 +123,14 @@ def array_fill(db: Database) -> None:
     version=1,
     inputs={
         "array": ARRAY,
-        "index": Attribute("int", "position from 0, or from the end where negative (-1 is the last)", default=0),
+        "index": INDEX,
     },
     outputs={"array": CHANGED},
     resolve=same_type("array", "array"),
 )
 def array_remove_index(db: Database) -> None:
     """Remove one element from an array; an index out of range fails."""
-    array, index = db.inputs.array, db.inputs.index
-    if not -len(array) <= index < len(array):
-        db.fail(f"input index is {index}, but the array has {len(array)} elements")
+    array, index = db.inputs.array, _index(db)
     db.outputs.array = _without(array, [index % len(array)])
 
 
@@ -150,3 +221,12 @@ def _without(array: Any, places: list[int]) -> Any:
     import numpy as np
 
     return np.delete(array, places, axis=0)
+
+
+def _index(db: Database) -> int:
+    """The input index. Fails the node if the array has no such element."""
+    index: int = db.inputs.index
+    length = len(db.inputs.array)
+    if not -length <= index < length:
+        db.fail(f"input index is {index}, but the array has {length} elements")
+    return index

@@ -110,6 +110,17 @@ def to_string(db: Database) -> None:
     db.outputs.converted = written(db.inputs.value, is_array)
 
 
+@node_type(
+    "omni.graph.nodes.ToToken",
+    version=1,
+    inputs={"value": Attribute(VALUES, "the value to write down")},
+    outputs={"converted": Attribute("token", "the value as a token")},
+)
+def to_token(db: Database) -> None:
+    """Convert a value to a token, with the text of ToString."""
+    db.outputs.converted = written(db.inputs.value, str(db.input_type("value")).endswith("[]"))
+
+
 def written(value: Any, is_array: bool) -> str:
     """A value as text; `is_array` distinguishes [1, 2] (an array) from (1, 2) (a tuple)."""
     value = value.tolist() if hasattr(value, "tolist") else value

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial, wraps
 from typing import TYPE_CHECKING
 
 from graph.node import KnownTypes
@@ -15,85 +16,80 @@ if TYPE_CHECKING:
     from graph.node.declaration import Resolve
 
     Answer = Mapping[str, Type]
+    End = Callable[[], str]
 
 
-def same_type(name: str, output: str) -> Resolve:
+def _from_input(type_of: Callable[..., Type]) -> Callable[..., Resolve]:
+    """Makes the `resolve` of an output from `type_of(end, type, *more)` of one input.
+
+    `end()` names the input and its source in an error message. The result is called with the input's name, the
+    output's name, and `more`. While the input's type is unknown, the output's is.
+    """
+
+    @wraps(type_of)
+    def made(name: str, output: str, *more: str) -> Resolve:
+        def resolve(known: KnownTypes) -> Answer:
+            given = known[f"inputs:{name}"]
+            return {} if given is None else {f"outputs:{output}": type_of(partial(known.end, name), given, *more)}
+
+        return resolve
+
+    return made
+
+
+@_from_input
+def same_type(_end: End, given: Type) -> Type:
     """The output has the type of the input."""
-
-    def resolve(known: KnownTypes) -> Answer:
-        given = known[f"inputs:{name}"]
-        return {} if given is None else {f"outputs:{output}": given}
-
-    return resolve
+    return given
 
 
-def renamed(name: str, output: str, element: str) -> Resolve:
+@_from_input
+def element_of(_end: End, given: Type) -> Type:
+    """The output is an element of the array input."""
+    return given.element
+
+
+@_from_input
+def renamed(_end: End, given: Type, element: str) -> Type:
     """The output has a fixed type, an array of it if the input is an array."""
-
-    def resolve(known: KnownTypes) -> Answer:
-        given = known[f"inputs:{name}"]
-        return {} if given is None else {f"outputs:{output}": concrete_type(element + "[]" * given.array)}
-
-    return resolve
+    return concrete_type(element + "[]" * given.array)
 
 
-def real_like(name: str, output: str) -> Resolve:
+@_from_input
+def real_like(_end: End, given: Type) -> Type:
     """The output has the type of the input, with integers as doubles."""
-
-    def resolve(known: KnownTypes) -> Answer:
-        given = known[f"inputs:{name}"]
-        if given is None or given.storage in DECIMALS:
-            return {} if given is None else {f"outputs:{output}": given}
-        real = TYPES["double"] if given.count == 1 else concrete_type(f"double[{given.count}]")
-        return {f"outputs:{output}": real.array_of() if given.array else real}
-
-    return resolve
+    if given.storage in DECIMALS:
+        return given
+    real = TYPES["double"] if given.count == 1 else concrete_type(f"double[{given.count}]")
+    return real.array_of() if given.array else real
 
 
-def signed(name: str, output: str) -> Resolve:
+@_from_input
+def signed(end: End, given: Type) -> Type:
     """The output has the type of the input. Raises ValueError for a type without negative numbers."""
-
-    def resolve(known: KnownTypes) -> Answer:
-        given = known[f"inputs:{name}"]
-        if given is None:
-            return {}
-        if given.storage in ("uchar", "uint", "uint64"):
-            raise ValueError(f"{known.end(name)} has no negative numbers; convert it to a type that has")
-        return {f"outputs:{output}": given}
-
-    return resolve
+    if given.storage in ("uchar", "uint", "uint64"):
+        raise ValueError(f"{end()} has no negative numbers; convert it to a type that has")
+    return given
 
 
-def whole_of(name: str, output: str) -> Resolve:
+@_from_input
+def whole_of(end: End, given: Type) -> Type:
     """The output has the shape of the input, in ints. Raises ValueError for a matrix."""
-
-    def resolve(known: KnownTypes) -> Answer:
-        given = known[f"inputs:{name}"]
-        if given is None:
-            return {}
-        if given.square:
-            raise ValueError(f"{known.end(name)}: there are no matrices of whole numbers; give it numbers or tuples")
-        element = "int" if given.count == 1 else f"int[{given.count}]"
-        return {f"outputs:{output}": concrete_type(element + "[]" * given.array)}
-
-    return resolve
+    if given.square:
+        raise ValueError(f"{end()}: there are no matrices of whole numbers; give it numbers or tuples")
+    element = "int" if given.count == 1 else f"int[{given.count}]"
+    return concrete_type(element + "[]" * given.array)
 
 
-def length_of(name: str, output: str) -> Resolve:
+@_from_input
+def length_of(end: End, given: Type) -> Type:
     """A number for a number; a real number for a vector; arrays of these for arrays. Raises ValueError for a matrix."""
-
-    def resolve(known: KnownTypes) -> Answer:
-        given = known[f"inputs:{name}"]
-        if given is None:
-            return {}
-        if given.square:
-            raise ValueError(f"{known.end(name)} is a matrix, which has no length; give it a number or a vector")
-        number = given.component
-        if given.count > 1 and number.storage not in DECIMALS:
-            number = TYPES["double"]
-        return {f"outputs:{output}": number.array_of() if given.array else number}
-
-    return resolve
+    if given.square:
+        raise ValueError(f"{end()} is a matrix, which has no length; give it a number or a vector")
+    number = given.component
+    if given.count > 1 and number.storage not in DECIMALS:
+        number = TYPES["double"]
+    return number.array_of() if given.array else number
 
 
 def product_of(output: str) -> Resolve:

@@ -1,23 +1,23 @@
-"""Comparisons, boolean logic and selection; arrays element by element."""
+"""Comparison of numbers, texts, tuples and arrays; boolean logic and selection."""
 
 from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Sequence
 from functools import reduce
+from operator import and_, or_, xor
 from typing import TYPE_CHECKING, Any
 
 from graph.node import Attribute, Database, node_type
 
-from .promotion import condition_type, selected_type
+from .numbers import check_lengths, input_type
+from .promotion import comparison_type, condition_type, selected_type
 
 if TYPE_CHECKING:
     from graph.node.declaration import Compute, Specialize
 
 VALUES = ("bool", "bool[]", "numerics", "path", "string", "token", "token[]")
 BOOLS = ("bool", "bool[]")
-FIRST, SECOND = Attribute(BOOLS, "first operand"), Attribute(BOOLS, "second operand")
-EXTRA = Attribute(BOOLS, "one more operand")
 
 
 def plain(value: Any) -> Any:
@@ -35,15 +35,19 @@ def stretch(db: Database, operands: Sequence[tuple[Any, bool]]) -> list[list[Any
 
     Fails the node if two arrays differ in length.
     """
-    lengths = {len(value) for value, is_array in operands if is_array}
-    if len(lengths) > 1:
-        db.fail(f"the arrays have {' and '.join(map(str, sorted(lengths)))} elements; they need one length")
-    [length] = lengths
+    arrays = [value for value, is_array in operands if is_array]
+    check_lengths(db, arrays)
+    length = len(arrays[0])
     return [list(value) if is_array else [value] * length for value, is_array in operands]
 
 
-def _combined(operation: Callable[[Any, Any], Any], *, opposite: bool = False) -> Callable[[Any], None]:
-    """A compute function: `operation` over all operands, row by row if one is an array; `opposite`: negated."""
+def _combined(
+    name: str, version: int, operation: Callable[[Any, Any], Any], opposite: bool, doc: str, result: str
+) -> None:
+    """Declares the node type `name`: `operation` over all operands, row by row if one is an array.
+
+    opposite: whether the result is negated. result: the description of the output. Version 2 takes further operands.
+    """
 
     def compute(db: Database) -> None:
         names = ["a", "b", *db.dynamic_input_names()]
@@ -54,10 +58,19 @@ def _combined(operation: Callable[[Any, Any], Any], *, opposite: bool = False) -
         else:
             db.outputs.result = bool(reduce(operation, (value for value, _ in operands))) is not opposite
 
-    return compute
+    compute.__doc__ = doc
+    node_type(
+        f"omni.graph.nodes.{name}",
+        version=version,
+        inputs={"a": Attribute(BOOLS, "first operand"), "b": Attribute(BOOLS, "second operand")},
+        outputs={"result": Attribute(BOOLS, result)},
+        dynamic_inputs={"{operand}": Attribute(BOOLS, "one more operand")} if version > 1 else {},
+        resolve=condition_type("result"),
+        specialize=_two_bools(operation, opposite=opposite),
+    )(compute)
 
 
-def _two_bools(operation: Callable[[Any, Any], Any], *, opposite: bool = False) -> Specialize:
+def _two_bools(operation: Callable[[Any, Any], Any], *, opposite: bool) -> Specialize:
     """The compute function of a node with exactly two single operands."""
 
     def specialize(db: Database) -> Compute | None:
@@ -76,77 +89,21 @@ def _two_bools(operation: Callable[[Any, Any], Any], *, opposite: bool = False) 
     return specialize
 
 
-_and, _or, _xor = _combined(operator.and_), _combined(operator.or_), _combined(operator.xor)
-_nand, _nor = _combined(operator.and_, opposite=True), _combined(operator.or_, opposite=True)
-
-
-@node_type(
-    "omni.graph.nodes.BooleanAnd",
-    version=2,
-    inputs={"a": FIRST, "b": SECOND},
-    outputs={"result": Attribute(BOOLS, "whether all operands are true")},
-    dynamic_inputs={"{operand}": EXTRA},
-    resolve=condition_type("result"),
-    specialize=_two_bools(operator.and_),
-)
-def boolean_and(db: Database) -> None:
-    """Give whether all operands are true."""
-    _and(db)
-
-
-@node_type(
-    "omni.graph.nodes.BooleanNand",
-    version=2,
-    inputs={"a": FIRST, "b": SECOND},
-    outputs={"result": Attribute(BOOLS, "whether an operand is false")},
-    dynamic_inputs={"{operand}": EXTRA},
-    resolve=condition_type("result"),
-    specialize=_two_bools(operator.and_, opposite=True),
-)
-def boolean_nand(db: Database) -> None:
-    """Give whether at least one operand is false."""
-    _nand(db)
-
-
-@node_type(
-    "omni.graph.nodes.BooleanOr",
-    version=2,
-    inputs={"a": FIRST, "b": SECOND},
-    outputs={"result": Attribute(BOOLS, "whether an operand is true")},
-    dynamic_inputs={"{operand}": EXTRA},
-    resolve=condition_type("result"),
-    specialize=_two_bools(operator.or_),
-)
-def boolean_or(db: Database) -> None:
-    """Give whether any operand is true."""
-    _or(db)
-
-
-@node_type(
-    "omni.graph.nodes.BooleanNor",
-    version=2,
-    inputs={"a": FIRST, "b": SECOND},
-    outputs={"result": Attribute(BOOLS, "whether all operands are false")},
-    dynamic_inputs={"{operand}": EXTRA},
-    resolve=condition_type("result"),
-    specialize=_two_bools(operator.or_, opposite=True),
-)
-def boolean_nor(db: Database) -> None:
-    """Give whether no operand is true."""
-    _nor(db)
-
-
-@node_type(
-    "omni.graph.nodes.BooleanXor",
-    version=1,
-    inputs={"a": FIRST, "b": SECOND},
-    outputs={"result": Attribute(BOOLS, "whether just one operand is true")},
-    resolve=condition_type("result"),
-    specialize=_two_bools(operator.xor),
-)
-def boolean_xor(db: Database) -> None:
-    """Give whether the operands differ."""
-    _xor(db)
+for _row in (
+    ("BooleanAnd", 2, and_, False, "Give whether all operands are true.", "whether all operands are true"),
+    (
+        "BooleanNand",
+        2,
+        and_,
+        True,
+        "Give whether at least one operand is false.",
+        "whether an operand is false",
+    ),
+    ("BooleanOr", 2, or_, False, "Give whether any operand is true.", "whether an operand is true"),
+    ("BooleanNor", 2, or_, True, "Give whether no operand is true.", "whether all operands are false"),
+    ("BooleanXor", 1, xor, False, "Give whether the operands differ.", "whether just one operand is true"),
+):
+    _combined(*_row)
 
 
 _EXPRESSIONS: dict[str, Callable[[bool, bool], bool]] = {
@@ -210,3 +167,59 @@ def select_if(db: Database) -> None:
     sides = [(plain(getattr(inputs, name)), is_array_input(db, name)) for name in ("ifTrue", "ifFalse")]
     rows = zip(*stretch(db, [(plain(inputs.condition), True), *sides]), strict=True)
     db.outputs.result = [if_true if condition else if_false for condition, if_true, if_false in rows]
+
+
+_OPERATIONS: dict[str, Callable[[Any, Any], bool]] = {
+    ">": operator.gt,
+    "<": operator.lt,
+    ">=": operator.ge,
+    "<=": operator.le,
+    "==": operator.eq,
+    "!=": operator.ne,
+}
+
+
+def _single_values(db: Database) -> Compute | None:
+    """The compute for two numbers, texts or bools, not tuples or arrays."""
+    if not all((one := input_type(db, name)) is not None and one.scalar for name in "ab"):
+        return None
+    inputs, outputs, operations = db.inputs, db.outputs, _OPERATIONS
+
+    def compute(db: Database) -> None:
+        try:
+            holds = operations[inputs.operation]
+        except KeyError:
+            _refuse(db)
+        else:
+            outputs.result = holds(inputs.a, inputs.b)
+
+    return compute
+
+
+def _refuse(db: Database) -> None:
+    db.fail(f"input operation is {db.inputs.operation!r}; it must be one of {' '.join(_OPERATIONS)}")
+
+
+@node_type(
+    "omni.graph.nodes.Compare",
+    version=1,
+    inputs={
+        "a": Attribute(VALUES, "left side"),
+        "b": Attribute(VALUES, "right side"),
+        "operation": Attribute("token", "how to compare", default=">", allowed_tokens=tuple(_OPERATIONS)),
+    },
+    outputs={"result": Attribute(BOOLS, "whether it holds; an array where a or b is one")},
+    resolve=comparison_type,
+    specialize=_single_values,
+)
+def compare(db: Database) -> None:
+    """Compare numbers, texts and tuples (component by component; the first difference decides)."""
+    inputs = db.inputs
+    if inputs.operation not in _OPERATIONS:
+        _refuse(db)
+    holds = _OPERATIONS[inputs.operation]
+    operands = [(plain(getattr(inputs, name)), is_array_input(db, name)) for name in ("a", "b")]
+    if any(is_array for _, is_array in operands):
+        db.outputs.result = [holds(a, b) for a, b in zip(*stretch(db, operands), strict=True)]
+    else:
+        db.outputs.result = holds(operands[0][0], operands[1][0])

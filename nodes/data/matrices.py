@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from graph.node import Attribute, Database, KnownTypes, node_type
 from graph.values.types import TYPES, Type, concrete_type
@@ -113,17 +112,26 @@ def transpose(db: Database) -> None:
 
 AXES = "xyzw"
 WIDTHS = ("double[3]", "double[4]")
+_NUMBERS = {2: "two", 3: "three", 4: "four"}
 
 
-def _rows(db: Database, count: int, width: int) -> None:
-    """Writes the rows of the input, truncated to `width` numbers."""
-    matrix = db.inputs.matrix
-    for number, axis in enumerate(AXES[:count]):
-        setattr(db.outputs, axis, matrix[..., number, :width].copy())
+def _both(*names: str) -> tuple[str, ...]:
+    return tuple(f"{name}{many}" for name in names for many in ("", "[]"))
 
 
-def _row_types(count: int) -> Any:
-    def resolve(known: KnownTypes) -> Mapping[str, Type]:
+def _row_types(count: int) -> tuple[str, ...]:
+    return _both(*(WIDTHS if count == 4 else (f"double[{count}]",)))
+
+
+def _declare_break(count: int, more: str = "") -> None:
+    """Declares the node type that splits a matrix of `count` rows; more: what follows in its description."""
+    inputs = {"matrix": Attribute(_both(f"matrixd[{count}]"), "a matrix, or an array of them")}
+    if count == 4:
+        what = "whole rows, or without the last column"
+        width = Attribute("token", what, default="double[4]", literal_only=True, allowed_tokens=WIDTHS)
+        inputs["outputType"] = width
+
+    def types(known: KnownTypes) -> Mapping[str, Type]:
         given = known["inputs:matrix"]
         if given is None:
             return {}
@@ -131,78 +139,30 @@ def _row_types(count: int) -> Any:
         row = concrete_type(name + "[]" * given.array)
         return {f"outputs:{axis}": row for axis in AXES[:count]}
 
-    return resolve
+    def compute(db: Database) -> None:
+        matrix = db.inputs.matrix
+        width = 3 if count == 4 and db.inputs.outputType == "double[3]" else count
+        for number, axis in enumerate(AXES[:count]):
+            setattr(db.outputs, axis, matrix[..., number, :width].copy())
+
+    compute.__doc__ = f"Split a {count} x {count} matrix into its rows{more}."
+    node_type(
+        f"omni.graph.nodes.BreakMatrix{count}",
+        version=1,
+        inputs=inputs,
+        outputs={axis: Attribute(_row_types(count), f"row {n} of it") for n, axis in enumerate(AXES[:count])},
+        resolve=types,
+    )(compute)
 
 
-def _row_outputs(count: int, types: tuple[str, ...]) -> dict[str, Attribute]:
-    return {axis: Attribute(types, f"row {number} of it") for number, axis in enumerate(AXES[:count])}
+def _declare_make(count: int, more: str) -> None:
+    """Declares the node type that makes a matrix of `count` rows; more: what follows in its description."""
+    matrices = _both(f"matrixd[{count}]")
 
-
-def _given(size: int) -> Attribute:
-    return Attribute((f"matrixd[{size}]", f"matrixd[{size}][]"), "a matrix, or an array of them")
-
-
-def _both(*names: str) -> tuple[str, ...]:
-    return tuple(f"{name}{many}" for name in names for many in ("", "[]"))
-
-
-@node_type(
-    "omni.graph.nodes.BreakMatrix2",
-    version=1,
-    inputs={"matrix": _given(2)},
-    outputs=_row_outputs(2, _both("double[2]")),
-    resolve=_row_types(2),
-)
-def break_matrix2(db: Database) -> None:
-    """Split a 2 x 2 matrix into its rows."""
-    _rows(db, 2, 2)
-
-
-@node_type(
-    "omni.graph.nodes.BreakMatrix3",
-    version=1,
-    inputs={"matrix": _given(3)},
-    outputs=_row_outputs(3, _both("double[3]")),
-    resolve=_row_types(3),
-)
-def break_matrix3(db: Database) -> None:
-    """Split a 3 x 3 matrix into its rows."""
-    _rows(db, 3, 3)
-
-
-@node_type(
-    "omni.graph.nodes.BreakMatrix4",
-    version=1,
-    inputs={
-        "matrix": _given(4),
-        "outputType": Attribute(
-            "token",
-            "whole rows, or without the last column",
-            default="double[4]",
-            literal_only=True,
-            allowed_tokens=WIDTHS,
-        ),
-    },
-    outputs=_row_outputs(4, _both(*WIDTHS)),
-    resolve=_row_types(4),
-)
-def break_matrix4(db: Database) -> None:
-    """Split a 4 x 4 matrix into its rows; of a transformation w is the translation."""
-    _rows(db, 4, 3 if db.inputs.outputType == "double[3]" else 4)
-
-
-def _matrix_of_rows(count: int) -> Any:
-    def resolve(known: KnownTypes) -> Mapping[str, Type]:
+    def types(known: KnownTypes) -> Mapping[str, Type]:
         rows = input_types(known, *AXES[:count])
-        if not rows:
-            return {}
-        matrix = TYPES[f"matrixd[{count}]"]
-        return {"outputs:matrix": matrix.array_of() if any(row.array for row in rows) else matrix}
+        return {"outputs:matrix": TYPES[matrices[any(row.array for row in rows)]]} if rows else {}
 
-    return resolve
-
-
-def _make(count: int) -> Any:
     def compute(db: Database) -> None:
         import numpy as np
 
@@ -216,51 +176,22 @@ def _make(count: int) -> Any:
             whole[..., number, : row.shape[-1]] = row
         db.outputs.matrix = whole
 
-    return compute
+    compute.__doc__ = f"Make a matrix from {_NUMBERS[count]} rows; {more}."
+    rows = {axis: Attribute(_row_types(count), f"row {n}, or an array of them") for n, axis in enumerate(AXES[:count])}
+    node_type(
+        f"omni.graph.nodes.MakeMatrix{count}",
+        version=1,
+        inputs=rows,
+        outputs={"matrix": Attribute(matrices, "the matrix of these rows")},
+        resolve=types,
+    )(compute)
 
 
-_make2, _make3, _make4 = _make(2), _make(3), _make(4)
-
-
-def _row_inputs(count: int, types: tuple[str, ...]) -> dict[str, Attribute]:
-    return {axis: Attribute(types, f"row {number}, or an array of them") for number, axis in enumerate(AXES[:count])}
-
-
-def _made(size: int) -> dict[str, Attribute]:
-    return {"matrix": Attribute((f"matrixd[{size}]", f"matrixd[{size}][]"), "the matrix of these rows")}
-
-
-@node_type(
-    "omni.graph.nodes.MakeMatrix2",
-    version=1,
-    inputs=_row_inputs(2, _both("double[2]")),
-    outputs=_made(2),
-    resolve=_matrix_of_rows(2),
-)
-def make_matrix2(db: Database) -> None:
-    """Make a matrix from two rows; arrays give an array of matrices."""
-    _make2(db)
-
-
-@node_type(
-    "omni.graph.nodes.MakeMatrix3",
-    version=1,
-    inputs=_row_inputs(3, _both("double[3]")),
-    outputs=_made(3),
-    resolve=_matrix_of_rows(3),
-)
-def make_matrix3(db: Database) -> None:
-    """Make a matrix from three rows; arrays give an array of matrices."""
-    _make3(db)
-
-
-@node_type(
-    "omni.graph.nodes.MakeMatrix4",
-    version=1,
-    inputs=_row_inputs(4, _both(*WIDTHS)),
-    outputs=_made(4),
-    resolve=_matrix_of_rows(4),
-)
-def make_matrix4(db: Database) -> None:
-    """Make a matrix from four rows; rows of three get the last column of a transformation: 0, 0, 0, 1."""
-    _make4(db)
+for _count, _more in ((2, ""), (3, ""), (4, "; of a transformation w is the translation")):
+    _declare_break(_count, _more)
+for _count, _more in (
+    (2, "arrays give an array of matrices"),
+    (3, "arrays give an array of matrices"),
+    (4, "rows of three get the last column of a transformation: 0, 0, 0, 1"),
+):
+    _declare_make(_count, _more)

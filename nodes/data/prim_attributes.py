@@ -1,16 +1,17 @@
-"""Attributes of prims, read and written by name."""
+"""Attributes of prims, read and written by name: OGN types, NumPy arrays, quaternions x, y, z, w."""
 
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Callable
 from typing import Any
 
 from graph.node import Attribute, Database, node_type
-from graph.values.coercion import coerce, shown
+from graph.values.coercion import coerce, dtype_of, shown
 from graph.values.conversion import converter, convertible
 from graph.values.types import TYPES, Type
 
-from . import usd_values
 from .stage_prims import PRIM, USE_PATH, edited_layer, find_attribute, find_prim, path_of
 
 NAME = Attribute("token", "name of the attribute, such as xformOp:translate", default="")
@@ -62,7 +63,7 @@ def read_prim_attribute(db: Database) -> bool:
     raw = _latest(db, attribute) if math.isnan(db.inputs.usdTimecode) else attribute.Get(db.inputs.usdTimecode)
     if raw is None:
         db.fail(f"{attribute.GetPath()} has no value; author one")
-    value, wanted = usd_values.read(raw, type_), db.output_type("value")
+    value, wanted = from_usd(raw, type_), db.output_type("value")
     if wanted is not None and TYPES[wanted] is not type_:
         value = _converted(db, value, type_, TYPES[wanted], f"{attribute.GetPath()} ({type_}) cannot feed {wanted}")
     db.outputs.value = value
@@ -107,7 +108,7 @@ def write_prim_attribute(db: Database) -> bool:
         return False
     attribute = find_attribute(db, prim, db.inputs.name)
     type_ = _type_of(db, attribute)
-    value = usd_values.written(_value_for(db, attribute, type_), type_, attribute)
+    value = to_usd(_value_for(db, attribute, type_), type_, attribute)
     fabric, path, name = db.app.fabric, str(prim.GetPath()), db.inputs.name
     if not db.inputs.usdWriteBack or fabric.change_stamp(path, name) >= 0:
         fabric.set(path, name, value)
@@ -123,7 +124,7 @@ def write_prim_attribute(db: Database) -> bool:
 
 
 def _type_of(db: Database, attribute: Any) -> Type:
-    type_ = usd_values.attribute_type(attribute)
+    type_ = attribute_type(attribute)
     if type_ is None:
         db.fail(f"{attribute.GetPath()} is of type {attribute.GetTypeName()}, which graphs do not have")
     assert type_ is not None
@@ -160,3 +161,58 @@ def _coerced(db: Database, value: Any, type_: Type, message: str) -> Any:
         return coerce(type_, value)
     except ValueError as error:
         return db.fail(f"{message}: {error}")
+
+
+_PATTERNS: tuple[tuple[re.Pattern[str], Callable[[re.Match[str]], str]], ...] = (
+    (re.compile(r"(point|vector|normal|color|texCoord)([234])([hfd])"), lambda m: f"{m[1].lower()}{m[3]}[{m[2]}]"),
+    (re.compile(r"quat([hfd])"), lambda m: f"quat{m[1]}[4]"),
+    (re.compile(r"matrix([234])d"), lambda m: f"matrixd[{m[1]}]"),
+    (re.compile(r"(int|half|float|double)([234])"), lambda m: f"{m[1]}[{m[2]}]"),
+)
+_NAMES = {"frame4d": "frame[4]", "asset": "token"}
+
+
+def attribute_type(attribute: Any) -> Type | None:
+    """The OGN type of a stage attribute; None if OGN has no such type."""
+    type_name = attribute.GetTypeName()
+    element = str(type_name.scalarType)
+    name = _NAMES.get(element, element)
+    for pattern, naming in _PATTERNS:
+        match = pattern.fullmatch(element)
+        if match:
+            name = naming(match)
+    return TYPES.get(f"{name}[]" if type_name.isArray else name)
+
+
+def from_usd(value: Any, type_: Type) -> Any:
+    """The node value of a USD value of an attribute of this type."""
+    import numpy as np
+
+    if type_.array:
+        return [str(getattr(one, "path", one)) for one in value] if type_.storage == "token" else np.array(value)
+    if type_.role == "quat":
+        return np.array([*value.GetImaginary(), value.GetReal()], dtype_of(type_))
+    if type_.count > 1:
+        return np.array(value, dtype_of(type_))
+    if type_.role == "timecode":
+        return float(value.GetValue() if hasattr(value, "GetValue") else value)
+    return str(getattr(value, "path", value)) if type_.storage in ("token", "string") else value
+
+
+def to_usd(value: Any, type_: Type, attribute: Any) -> Any:
+    """The USD value, for the attribute, of a node's value of this type."""
+    import numpy as np
+
+    type_name = attribute.GetTypeName()
+    kind = type(type_name.defaultValue)
+    if type_.array:
+        return kind(list(value)) if type_.storage == "token" else kind.FromNumpy(np.array(value, dtype_of(type_)))
+    if type_.role == "quat":
+        x, y, z, w = map(float, value)
+        return kind(w, x, y, z)
+    if type_.square:
+        return kind(np.asarray(value, float).tolist())
+    if type_.count > 1:
+        number = int if type_.storage == "int" else float
+        return kind(*map(number, value))
+    return kind(value)

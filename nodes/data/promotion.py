@@ -160,16 +160,6 @@ def array_of_first(known: KnownTypes) -> Answer:
     return {"outputs:array": array, **{name: array.element for name in inputs if known[name] is None}}
 
 
-def element_of(name: str, output: str) -> Resolve:
-    """The output is an element of the array input."""
-
-    def resolve(known: KnownTypes) -> Answer:
-        array = known[f"inputs:{name}"]
-        return {} if array is None else {f"outputs:{output}": array.element}
-
-    return resolve
-
-
 def missing_variable(name: str, variables: Iterable[str]) -> str:
     """The mistake of a node that names a variable that its graph does not have."""
     if not name:

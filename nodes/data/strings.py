@@ -1,12 +1,14 @@
-"""Texts searched, cut and changed."""
+"""Texts joined, searched, cut and changed."""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 
 from graph.node import Attribute, Database, node_type
 
-from .like_inputs import same_type
+from .like_inputs import joined_text, same_type
+from .numbers import check_lengths
 
 TEXT = ("string", "token")
 _FORMS: dict[str, Callable[[str], str]] = {
@@ -153,3 +155,28 @@ def is_empty(db: Database) -> None:
     value, kind = db.inputs.input, str(db.input_type("input"))
     counted = isinstance(value, (str, list, dict)) or kind.endswith("[]")
     db.outputs.isEmpty = counted and len(value) == 0
+
+
+TEXTS = ("string", "token", "token[]")
+
+
+@node_type(
+    "omni.graph.nodes.BuildString",
+    version=2,
+    inputs={"a": Attribute(TEXTS, "the start"), "b": Attribute(TEXTS, "what follows")},
+    outputs={"value": Attribute(TEXTS, "all of it, of the type of a; an array where one of them is")},
+    dynamic_inputs={"{operand}": Attribute(TEXTS, "what follows then")},
+    resolve=joined_text,
+)
+def build_string(db: Database) -> None:
+    """Join texts; arrays element by element, with a single text repeated for each."""
+    parts = [db.inputs.a, db.inputs.b, *db.dynamic_inputs()]
+    arrays = [part for part in parts if isinstance(part, list)]
+    if not arrays:
+        db.claim(sum(map(len, parts)) * 4)
+        db.outputs.value = "".join(parts)
+        return
+    check_lengths(db, arrays)
+    rows = [part if isinstance(part, list) else [part] * len(arrays[0]) for part in parts]
+    db.claim(sum(map(len, itertools.chain.from_iterable(rows))) * 4)
+    db.outputs.value = ["".join(row) for row in zip(*rows, strict=True)]
