@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from functools import cache, partial
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from graph.node import Attribute, Database, node_type
 from graph.sim.settings import BOXES_IN_WORLD
-from nodes.isaac.clocks import stamp_ns
 
-from .messages import header
-from .publishing import TIME_STAMP, Publisher, check_names, publisher_inputs, subscribed_topic
+from .messages import header, type_of
+from .publishing import Publisher, check_names, publishes, stamped_inputs
 from .robot_messages import point, quaternion, vector
 
 if TYPE_CHECKING:
@@ -30,9 +29,7 @@ BOX_3D = [("id", "<u4"), ("low", "<f4", 3), ("high", "<f4", 3), ("transform", "<
 
 def _inputs(topic: str) -> dict[str, Attribute]:
     return {
-        "execIn": Attribute("execution", "publishes"),
-        **publisher_inputs(topic, frame_id="sim_camera"),
-        "timeStamp": TIME_STAMP,
+        **stamped_inputs(topic, frame_id="sim_camera"),
         "data": Attribute("uchar[]", "boxes, one structure after the other", default=[], role="data"),
     }
 
@@ -44,16 +41,10 @@ def _inputs(topic: str) -> dict[str, Attribute]:
     inputs=_inputs("bbox2d"),
     memory=partial(Publisher, DETECTIONS_2D),
 )
-def publish_boxes_2d(db: Database) -> bool:
+@publishes
+def publish_boxes_2d(db: Database, nanoseconds: int) -> Any:
     """Publish `vision_msgs/Detection2DArray`: centre and size [px] of each box by semantic id."""
-    topic = subscribed_topic(db)
-    if topic is None:
-        return False
-    nanoseconds = stamp_ns(db.app, db.inputs.timeStamp)
-    rows = [row[:5] for row in _rows(db, BOX_2D).tolist()]
-    message = detections_2d(rows, nanoseconds, db.inputs.frameId)
-    db.app.bus.publish(topic, DETECTIONS_2D, message, nanoseconds)
-    return True
+    return detections_2d([row[:5] for row in _rows(db, BOX_2D).tolist()], nanoseconds, db.inputs.frameId)
 
 
 @node_type(
@@ -63,16 +54,13 @@ def publish_boxes_2d(db: Database) -> bool:
     inputs=_inputs("bbox3d"),
     memory=partial(Publisher, DETECTIONS_3D),
 )
-def publish_boxes_3d(db: Database) -> bool:
+@publishes
+def publish_boxes_3d(db: Database, nanoseconds: int) -> Any:
     """Publish `vision_msgs/Detection3DArray`: centre, orientation, size [m] of each box by semantic id."""
     import numpy as np
 
-    topic = subscribed_topic(db)
-    if topic is None:
-        return False
     rows = _rows(db, BOX_3D)
-    nanoseconds = stamp_ns(db.app, db.inputs.timeStamp)
-    message = detections_3d(
+    return detections_3d(
         rows["id"].tolist(),
         rows["transform"].astype(np.float64).transpose(0, 2, 1),
         rows["low"].astype(np.float64),
@@ -82,20 +70,18 @@ def publish_boxes_3d(db: Database) -> bool:
         db.inputs.frameId,
         at_origins=bool(db.app.settings.get(BOXES_IN_WORLD)),
     )
-    db.app.bus.publish(topic, DETECTIONS_3D, message, nanoseconds)
-    return True
 
 
 def detections_2d(rows: Iterable[tuple[int, ...]], nanoseconds: int, frame_id: str) -> Any:
     """`vision_msgs/Detection2DArray`; rows: semantic id, x_min, y_min, x_max, y_max [px]."""
-    box, position, pose = (_type(f"vision_msgs/msg/{name}") for name in ("BoundingBox2D", "Point2D", "Pose2D"))
+    box, position, pose = (type_of(f"vision_msgs/msg/{name}") for name in ("BoundingBox2D", "Point2D", "Pose2D"))
     head = header(nanoseconds, frame_id)
     detections = []
     for number, x_low, y_low, x_high, y_high in rows:
         centre = position((x_low + x_high) / 2, (y_low + y_high) / 2)
         found = box(pose(centre, 0.0), float(x_high - x_low), float(y_high - y_low))
-        detections.append(_type("vision_msgs/msg/Detection2D")(head, [_hypothesis(number)], found, ""))
-    return _type(DETECTIONS_2D)(head, detections)
+        detections.append(type_of("vision_msgs/msg/Detection2D")(head, [_hypothesis(number)], found, ""))
+    return type_of(DETECTIONS_2D)(head, detections)
 
 
 def detections_3d(
@@ -125,14 +111,14 @@ def detections_3d(
     turns = to_xyzw(quaternions(rotations))
     head = header(nanoseconds, frame_id)
     box, pose, detection = (
-        _type(name)
+        type_of(name)
         for name in ("vision_msgs/msg/BoundingBox3D", "geometry_msgs/msg/Pose", "vision_msgs/msg/Detection3D")
     )
     detections = [
         detection(head, [_hypothesis(number)], box(pose(point(middle), quaternion(turn)), vector(size)), "")
         for number, middle, turn, size in zip(numbers, middles, turns, sizes, strict=True)
     ]
-    return _type(DETECTIONS_3D)(head, detections)
+    return type_of(DETECTIONS_3D)(head, detections)
 
 
 def _rows(db: Database, layout: Any) -> Any:
@@ -148,14 +134,7 @@ def _rows(db: Database, layout: Any) -> Any:
 def _hypothesis(number: int) -> Any:
     import numpy as np
 
-    hypothesis = _type("vision_msgs/msg/ObjectHypothesis")(str(number), 1.0)
-    pose = _type("geometry_msgs/msg/Pose")(point((0.0, 0.0, 0.0)), quaternion((0.0, 0.0, 0.0, 1.0)))
-    placed = _type("geometry_msgs/msg/PoseWithCovariance")(pose, np.zeros(36))
-    return _type("vision_msgs/msg/ObjectHypothesisWithPose")(hypothesis, placed)
-
-
-@cache
-def _type(name: str) -> Any:
-    from graph.sim.messages.ros_types import message_type
-
-    return message_type(name)
+    hypothesis = type_of("vision_msgs/msg/ObjectHypothesis")(str(number), 1.0)
+    pose = type_of("geometry_msgs/msg/Pose")(point((0.0, 0.0, 0.0)), quaternion((0.0, 0.0, 0.0, 1.0)))
+    placed = type_of("geometry_msgs/msg/PoseWithCovariance")(pose, np.zeros(36))
+    return type_of("vision_msgs/msg/ObjectHypothesisWithPose")(hypothesis, placed)

@@ -20,7 +20,8 @@ from .frame_publisher import (
     stamp_notes,
     warn_of_inputs,
 )
-from .frame_writers import STRING, FrameWriter, stamps
+from .frame_writers import FrameWriter, stamps
+from .messages import STRING
 from .publishing import check_names, publisher_inputs, topic_name
 from .video import has_encoder, no_encoder
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -12,7 +11,7 @@ from nodes.isaac.depth import points_of
 
 from .boxes import DETECTIONS_2D, DETECTIONS_3D, detections_2d, detections_3d
 from .image_messages import COMPRESSED, IMAGE, image
-from .messages import stamp
+from .messages import stamped_json
 from .point_clouds import POINT_CLOUD, point_cloud
 from .video import H264
 
@@ -180,12 +179,8 @@ MESSAGES: Mapping[str, CameraMessage] = {
 
 def labels_message(found: Mapping[str, Any], nanoseconds: int) -> Any:
     """`std_msgs/String`: JSON of the labels of the numbers in a message, in lower case, and its stamp."""
-    from graph.sim.messages.ros_types import message_type
-
-    time = stamp(nanoseconds)
-    content: dict[str, Any] = {str(number): _lower(label) for number, label in found["info"]["idToLabels"].items()}
-    content["time_stamp"] = {"sec": time.sec, "nanosec": time.nanosec}
-    return message_type("std_msgs/msg/String")(json.dumps(content))
+    labels = found["info"]["idToLabels"]
+    return stamped_json({str(number): _lower(label) for number, label in labels.items()}, nanoseconds)
 
 
 def _lower(label: Any) -> Any:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 from graph.node import Attribute, Database, node_type
-from nodes.isaac.clocks import stamp_ns
 
 from .messages import CLOCK, clock
-from .publishing import Publisher, check_names, publisher_inputs, subscribed_topic
+from .publishing import Publisher, check_names, publisher_inputs, publishes
 
 
 @node_type(
@@ -22,11 +22,7 @@ from .publishing import Publisher, check_names, publisher_inputs, subscribed_top
     },
     memory=partial(Publisher, CLOCK),
 )
-def publish_clock(db: Database) -> bool:
+@publishes
+def publish_clock(db: Database, nanoseconds: int) -> Any:
     """Publish `rosgraph_msgs/Clock`; a time read from one of the App's clocks is published to the exact nanosecond."""
-    topic = subscribed_topic(db)
-    if topic is None:
-        return False
-    nanoseconds = stamp_ns(db.app, db.inputs.timeStamp)
-    db.app.bus.publish(topic, CLOCK, clock(nanoseconds), nanoseconds)
-    return True
+    return clock(nanoseconds)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from graph.node import Attribute, Database, node_type
+from typing import Any
+
+from graph.node import Attribute, node_type
 
 from .messages import CLOCK
 from .publishing import check_names
 from .robot_messages import ACKERMANN, JOINT_STATE, TWIST
-from .subscribing import EXEC_OUT, Subscriber, next_message, seconds, subscriber_inputs, unsubscribe
+from .subscribing import EXEC_OUT, Subscriber, receives, seconds, subscriber_inputs, unsubscribe
 
 
 @node_type(
@@ -23,16 +25,12 @@ from .subscribing import EXEC_OUT, Subscriber, next_message, seconds, subscriber
     memory=Subscriber,
     release=unsubscribe,
 )
-def subscribe_twist(db: Database) -> bool:
+@receives(TWIST)
+def subscribe_twist(outputs: Any, message: Any) -> None:
     """Receive `geometry_msgs/Twist`: the next message of the topic, if any."""
-    message = next_message(db, TWIST)
-    if message is None:
-        return False
     linear, angular = message.linear, message.angular
-    db.outputs.linearVelocity = (linear.x, linear.y, linear.z)
-    db.outputs.angularVelocity = (angular.x, angular.y, angular.z)
-    db.fire("execOut")
-    return True
+    outputs.linearVelocity = (linear.x, linear.y, linear.z)
+    outputs.angularVelocity = (angular.x, angular.y, angular.z)
 
 
 @node_type(
@@ -51,22 +49,17 @@ def subscribe_twist(db: Database) -> bool:
     memory=Subscriber,
     release=unsubscribe,
 )
-def subscribe_joint_state(db: Database) -> bool:
+@receives(JOINT_STATE)
+def subscribe_joint_state(outputs: Any, message: Any) -> None:
     """Receive `sensor_msgs/JointState` as a command: the next message of the topic, if any.
 
     Values are passed on unchanged, in rad and m, whatever the units of the stage.
     """
-    message = next_message(db, JOINT_STATE)
-    if message is None:
-        return False
-    outputs = db.outputs
     outputs.timeStamp = seconds(message.header.stamp)
     outputs.jointNames = list(message.name)
     outputs.positionCommand = message.position
     outputs.velocityCommand = message.velocity
     outputs.effortCommand = message.effort
-    db.fire("execOut")
-    return True
 
 
 @node_type(
@@ -78,14 +71,10 @@ def subscribe_joint_state(db: Database) -> bool:
     memory=Subscriber,
     release=unsubscribe,
 )
-def subscribe_clock(db: Database) -> bool:
+@receives(CLOCK)
+def subscribe_clock(outputs: Any, message: Any) -> None:
     """Receive `rosgraph_msgs/Clock`: the next message of the topic, if any."""
-    message = next_message(db, CLOCK)
-    if message is None:
-        return False
-    db.outputs.timeStamp = seconds(message.clock)
-    db.fire("execOut")
-    return True
+    outputs.timeStamp = seconds(message.clock)
 
 
 @node_type(
@@ -106,15 +95,11 @@ def subscribe_clock(db: Database) -> bool:
     memory=Subscriber,
     release=unsubscribe,
 )
-def subscribe_ackermann_drive(db: Database) -> bool:
+@receives(ACKERMANN)
+def subscribe_ackermann_drive(outputs: Any, message: Any) -> None:
     """Receive `ackermann_msgs/AckermannDriveStamped`: the next message of the topic, if any."""
-    message = next_message(db, ACKERMANN)
-    if message is None:
-        return False
-    outputs, drive = db.outputs, message.drive
+    drive = message.drive
     outputs.frameId = message.header.frame_id
     outputs.timeStamp = seconds(message.header.stamp)
     outputs.steeringAngle, outputs.steeringAngleVelocity = drive.steering_angle, drive.steering_angle_velocity
     outputs.speed, outputs.acceleration, outputs.jerk = drive.speed, drive.acceleration, drive.jerk
-    db.fire("execOut")
-    return True

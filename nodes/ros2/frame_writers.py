@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +10,6 @@ from graph.base.records import dataclass, field
 from graph.sim import settings as keys
 from graph.sim.messages.message import Cadence, Ticks
 
-from .messages import stamp
 from .profiles import offered_quality
 
 if TYPE_CHECKING:
@@ -19,8 +17,6 @@ if TYPE_CHECKING:
     from graph.sim.app import App
     from graph.sim.renderer.products import RenderProduct
     from sensors.frame import Frame
-
-STRING = "std_msgs/msg/String"
 
 
 @dataclass(slots=True, eq=False)
@@ -88,23 +84,3 @@ def stamps(
         return max(1, nanoseconds(frame.reference + off))
 
     return stamp_of
-
-
-def class_labels(labels: dict[int, dict[str, str]], at: int) -> Any:
-    """`std_msgs/String` with JSON: number of a semantic class -> its labels, and the stamp."""
-    from graph.sim.messages.ros_types import message_type
-
-    time = stamp(at)
-    content: dict[str, Any] = {str(number): found for number, found in sorted(labels.items())}
-    content["time_stamp"] = {"sec": time.sec, "nanosec": time.nanosec}
-    return message_type(STRING)(json.dumps(content))
-
-
-def object_id_map(paths: dict[int, str], at: int) -> Any:
-    """`std_msgs/String` with JSON: decimal 128-bit object id -> prim path, and the stamp."""
-    from graph.sim.messages.ros_types import message_type
-
-    time = stamp(at)
-    labels = {str(number): path for number, path in sorted(paths.items())}
-    text = json.dumps({"id_to_labels": labels, "time_stamp": {"sec": time.sec, "nanosec": time.nanosec}})
-    return message_type(STRING)(text)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
 from typing import Any
 
-from .messages import header
+from .messages import header, type_of
 
 IMAGE = "sensor_msgs/msg/Image"
 COMPRESSED = "sensor_msgs/msg/CompressedImage"
@@ -18,14 +17,14 @@ PIXEL_BYTES = {"rgb8": 3, "rgba8": 4, "bgra8": 4, "32FC1": 4, "32SC1": 4}
 
 def image(nanoseconds: int, frame_id: str, width: int, height: int, encoding: str, data: Any) -> Any:
     """`sensor_msgs/Image`, rows from the top without padding; data: any array of width x height pixels."""
-    return _type(IMAGE)(
+    return type_of(IMAGE)(
         header(nanoseconds, frame_id), height, width, encoding, 0, width * PIXEL_BYTES[encoding], as_bytes(data)
     )
 
 
 def compressed_image(nanoseconds: int, frame_id: str, encoding: str, data: Any) -> Any:
     """`sensor_msgs/CompressedImage`."""
-    return _type(COMPRESSED)(header(nanoseconds, frame_id), encoding, as_bytes(data))
+    return type_of(COMPRESSED)(header(nanoseconds, frame_id), encoding, as_bytes(data))
 
 
 def camera_info(
@@ -41,9 +40,9 @@ def camera_info(
     import numpy as np
 
     model, coefficients = distortion
-    roi = _type("sensor_msgs/msg/RegionOfInterest")(0, 0, 0, 0, False)
+    roi = type_of("sensor_msgs/msg/RegionOfInterest")(0, 0, 0, 0, False)
     matrices = (np.array(values, dtype=np.float64) for values in (coefficients, k, r, p))
-    return _type(CAMERA_INFO)(header(nanoseconds, frame_id), size[1], size[0], model, *matrices, 0, 0, roi)
+    return type_of(CAMERA_INFO)(header(nanoseconds, frame_id), size[1], size[0], model, *matrices, 0, 0, roi)
 
 
 def as_bytes(data: Any) -> Any:
@@ -53,10 +52,3 @@ def as_bytes(data: Any) -> Any:
     if isinstance(data, bytes | bytearray | memoryview):
         return np.frombuffer(bytes(data), dtype=np.uint8)
     return np.ascontiguousarray(data).reshape(-1).view(np.uint8)
-
-
-@cache
-def _type(name: str) -> Any:
-    from graph.sim.messages.ros_types import message_type
-
-    return message_type(name)

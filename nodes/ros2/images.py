@@ -6,13 +6,11 @@ from functools import partial
 from typing import Any
 
 from graph.node import Attribute, Database, node_type
-from nodes.isaac.clocks import stamp_ns
 from sensors import handles
 
 from .image_messages import CAMERA_INFO, COMPRESSED, IMAGE, PIXEL_BYTES, as_bytes, camera_info, compressed_image, image
-from .publishing import TIME_STAMP, Publisher, check_names, publisher_inputs, subscribed_topic
+from .publishing import Publisher, check_names, publishes, stamped_inputs
 
-EXEC_IN = Attribute("execution", "publishes")
 DATA_PTR = Attribute("uint64", "handle of the pixels; 0 takes data", default=0, role="data")
 CUDA_DEVICE = Attribute("int", "must stay -1: pixels are in host memory", default=-1)
 PLUMB_BOB = "plumb_bob"
@@ -23,9 +21,7 @@ PLUMB_BOB = "plumb_bob"
     version=1,
     check=check_names,
     inputs={
-        "execIn": EXEC_IN,
-        **publisher_inputs("rgb", frame_id="sim_camera"),
-        "timeStamp": TIME_STAMP,
+        **stamped_inputs("rgb", frame_id="sim_camera"),
         "data": Attribute("uchar[]", "pixels, rows from the top", default=[], role="data"),
         "width": Attribute("uint", "pixels in a row", default=0, unit="px"),
         "height": Attribute("uint", "rows of pixels", default=0, unit="px"),
@@ -42,17 +38,10 @@ PLUMB_BOB = "plumb_bob"
     },
     memory=partial(Publisher, IMAGE),
 )
-def publish_image(db: Database) -> bool:
+@publishes
+def publish_image(db: Database, nanoseconds: int) -> Any:
     """Publish `sensor_msgs/Image`; without pixels (before the first frame) nothing is sent."""
-    topic = subscribed_topic(db)
-    if topic is None:
-        return False
-    nanoseconds = stamp_ns(db.app, db.inputs.timeStamp)
-    message = image_of(db, nanoseconds, db.inputs.frameId)
-    if message is None:
-        return False
-    db.app.bus.publish(topic, IMAGE, message, nanoseconds)
-    return True
+    return image_of(db, nanoseconds, db.inputs.frameId)
 
 
 def image_of(db: Database, nanoseconds: int, frame_id: str) -> Any:
@@ -91,9 +80,7 @@ def pixels(db: Database) -> Any:
     version=1,
     check=check_names,
     inputs={
-        "execIn": EXEC_IN,
-        **publisher_inputs("image_raw/compressed", frame_id="sim_camera"),
-        "timeStamp": TIME_STAMP,
+        **stamped_inputs("image_raw/compressed", frame_id="sim_camera"),
         "data": Attribute("uchar[]", "the encoded image", default=[], role="data"),
         "dataPtr": Attribute("uint64", "handle of the encoded image; 0 takes data", default=0, role="data"),
         "bufferSize": Attribute("uint64", "size of dataPtr; not needed, the handle knows", default=0, unit="bytes"),
@@ -101,18 +88,11 @@ def pixels(db: Database) -> Any:
     },
     memory=partial(Publisher, COMPRESSED),
 )
-def publish_compressed_image(db: Database) -> bool:
+@publishes
+def publish_compressed_image(db: Database, nanoseconds: int) -> Any:
     """Publish `sensor_msgs/CompressedImage`; without data nothing is sent."""
-    topic = subscribed_topic(db)
-    if topic is None:
-        return False
     data = pixels(db)
-    if not data.size:
-        return False
-    nanoseconds = stamp_ns(db.app, db.inputs.timeStamp)
-    message = compressed_image(nanoseconds, db.inputs.frameId, db.inputs.input_format, data)
-    db.app.bus.publish(topic, COMPRESSED, message, nanoseconds)
-    return True
+    return compressed_image(nanoseconds, db.inputs.frameId, db.inputs.input_format, data) if data.size else None
 
 
 @node_type(
@@ -120,9 +100,7 @@ def publish_compressed_image(db: Database) -> bool:
     version=2,
     check=check_names,
     inputs={
-        "execIn": EXEC_IN,
-        **publisher_inputs("camera_info", frame_id="sim_camera"),
-        "timeStamp": TIME_STAMP,
+        **stamped_inputs("camera_info", frame_id="sim_camera"),
         "width": Attribute("uint", "pixels in a row", unit="px"),
         "height": Attribute("uint", "rows of pixels", unit="px"),
         "projectionType": Attribute("token", "the camera's projection; told apart by the distortion model"),
@@ -134,11 +112,9 @@ def publish_compressed_image(db: Database) -> bool:
     },
     memory=partial(Publisher, CAMERA_INFO),
 )
-def publish_camera_info(db: Database) -> bool:
+@publishes
+def publish_camera_info(db: Database, nanoseconds: int) -> Any:
     """Publish `sensor_msgs/CameraInfo`."""
-    topic = subscribed_topic(db)
-    if topic is None:
-        return False
     inputs = db.inputs
     for name, count, needed in (("k", 9, True), ("r", 9, False), ("p", 12, False)):
         found = len(getattr(inputs, name))
@@ -151,8 +127,4 @@ def publish_camera_info(db: Database) -> bool:
     coefficients = inputs.physicalDistortionCoefficients.tolist()
     if model == PLUMB_BOB and not coefficients:
         coefficients = [0.0] * 5
-    nanoseconds = stamp_ns(db.app, inputs.timeStamp)
-    size = (inputs.width, inputs.height)
-    message = camera_info(nanoseconds, inputs.frameId, size, (model, coefficients), k, r, p)
-    db.app.bus.publish(topic, CAMERA_INFO, message, nanoseconds)
-    return True
+    return camera_info(nanoseconds, inputs.frameId, (inputs.width, inputs.height), (model, coefficients), k, r, p)

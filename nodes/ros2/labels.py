@@ -7,14 +7,11 @@ from functools import partial
 from typing import Any
 
 from graph.node import Attribute, Database, node_type
-from nodes.isaac.clocks import stamp_ns
 from sensors import handles
 
-from .frame_writers import STRING, object_id_map
-from .messages import stamp
-from .publishing import TIME_STAMP, Publisher, check_names, publisher_inputs, subscribed_topic
+from .messages import STRING, object_id_map, stamped_json
+from .publishing import Publisher, check_names, publishes, stamped_inputs
 
-EXEC_IN = Attribute("execution", "publishes")
 CLASS = "class:"
 
 
@@ -23,9 +20,7 @@ CLASS = "class:"
     version=1,
     check=check_names,
     inputs={
-        "execIn": EXEC_IN,
-        **publisher_inputs("labels"),
-        "timeStamp": TIME_STAMP,
+        **stamped_inputs("labels"),
         "ids": Attribute("uint[]", "semantic ids", role="data"),
         "labels": Attribute("token[]", "one text per id; `class:car` is the class car", role="data"),
         "semantics": Attribute("token[]", "kinds of the labels; not part of the message"),
@@ -33,17 +28,10 @@ CLASS = "class:"
     },
     memory=partial(Publisher, STRING),
 )
-def publish_semantic_labels(db: Database) -> bool:
+@publishes
+def publish_semantic_labels(db: Database, nanoseconds: int) -> Any:
     """Publish `std_msgs/String`: JSON of ids to labels, with the stamp as time_stamp."""
-    topic = subscribed_topic(db)
-    if topic is None:
-        return False
-    content = _content(db)
-    nanoseconds = stamp_ns(db.app, db.inputs.timeStamp)
-    time = stamp(nanoseconds)
-    content["time_stamp"] = {"sec": time.sec, "nanosec": time.nanosec}
-    db.app.bus.publish(topic, STRING, _string(json.dumps(content)), nanoseconds)
-    return True
+    return stamped_json(_content(db), nanoseconds)
 
 
 def _content(db: Database) -> dict[str, Any]:
@@ -70,9 +58,7 @@ def _content(db: Database) -> dict[str, Any]:
     version=1,
     check=check_names,
     inputs={
-        "execIn": EXEC_IN,
-        **publisher_inputs("labels"),
-        "timeStamp": TIME_STAMP,
+        **stamped_inputs("labels"),
         "dataPtr": Attribute(
             "uint64", "handle of a StableIdMap: its buffer, or a mapping of ids to prim paths", default=0, role="data"
         ),
@@ -80,24 +66,14 @@ def _content(db: Database) -> dict[str, Any]:
     },
     memory=partial(Publisher, STRING),
 )
-def publish_object_id_map(db: Database) -> bool:
+@publishes
+def publish_object_id_map(db: Database, nanoseconds: int) -> Any:
     """Publish `std_msgs/String`: JSON of 128-bit object ids to prim paths; without a map nothing is sent."""
-    topic = subscribed_topic(db)
-    if topic is None:
-        return False
     found = handles.resolve(db.inputs.dataPtr) if db.inputs.dataPtr else None
     if found is None:
-        return False
+        return None
     if not isinstance(found, dict):
         from sensors import parse_stable_id_map_data
 
         found = parse_stable_id_map_data(found)
-    nanoseconds = stamp_ns(db.app, db.inputs.timeStamp)
-    db.app.bus.publish(topic, STRING, object_id_map(found, nanoseconds), nanoseconds)
-    return True
-
-
-def _string(text: str) -> Any:
-    from graph.sim.messages.ros_types import message_type
-
-    return message_type(STRING)(text)
+    return object_id_map(found, nanoseconds)

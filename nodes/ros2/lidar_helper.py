@@ -14,9 +14,10 @@ from .debug_view import debug_view
 from .driver_clouds import DRIVER_CLOUDS, METADATA, driver_cloud
 from .frame_ids import frame_ids
 from .frame_publisher import STAMP_INPUTS, PointPublisher, detach, product_of, publish_with, stamp_notes, warn_of_inputs
-from .frame_writers import STRING, FrameWriter, class_labels, object_id_map, stamps
+from .frame_writers import FrameWriter, stamps
 from .laser_scans import LASER_SCAN, scan_style
 from .lidar_frames import GRID_CHANNELS, FrameScan, Grids, cloud_channels, frame_cloud, grid_shape
+from .messages import STRING, class_labels, object_id_map
 from .point_clouds import CLOUD_FIELDS, POINT_CLOUD
 from .publishing import check_names, publisher_inputs, topic_name
 

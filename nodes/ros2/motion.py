@@ -11,7 +11,15 @@ from nodes.isaac.clocks import stamp_ns
 from nodes.isaac.transform_trees import FrameTransform
 
 from .messages import TRANSFORMS, publish_transforms
-from .publishing import TIME_STAMP, Publisher, check_names, publisher_inputs, subscribed_topic
+from .publishing import (
+    TIME_STAMP,
+    Publisher,
+    check_names,
+    publisher_inputs,
+    publishes,
+    stamped_inputs,
+    subscribed_topic,
+)
 from .robot_messages import ACKERMANN, IMU, ODOMETRY, ackermann, imu, odometry
 
 EXEC_IN = Attribute("execution", "publishes")
@@ -66,21 +74,16 @@ INERTIAL = {
     },
     memory=partial(Publisher, ODOMETRY),
 )
-def publish_odometry(db: Database) -> bool:
+@publishes
+def publish_odometry(db: Database, nanoseconds: int) -> Any:
     """Publish `nav_msgs/Odometry`. Its x axis of motion is robotFront, z the stage's up, y to the left."""
-    topic = subscribed_topic(db)
-    if topic is None:
-        return False
     inputs = db.inputs
     linear, angular = inputs.linearVelocity, inputs.angularVelocity
     if not inputs.publishRawVelocities:
         axes = _body_axes(db)
         linear, angular = axes @ linear, axes @ angular
-    nanoseconds = stamp_ns(db.app, inputs.timeStamp)
     frames = (inputs.odomFrameId, inputs.chassisFrameId)
-    message = odometry(nanoseconds, frames, inputs.position, inputs.orientation, linear, angular)
-    db.app.bus.publish(topic, ODOMETRY, message, nanoseconds)
-    return True
+    return odometry(nanoseconds, frames, inputs.position, inputs.orientation, linear, angular)
 
 
 def _body_axes(db: Database) -> Any:
@@ -152,22 +155,13 @@ def publish_raw_transform_tree(db: Database) -> bool:
     "isaacsim.ros2.bridge.ROS2PublishImu",
     version=1,
     check=check_names,
-    inputs={
-        "execIn": EXEC_IN,
-        **publisher_inputs("imu", frame_id="sim_imu"),
-        "timeStamp": TIME_STAMP,
-        **INERTIAL,
-    },
+    inputs={**stamped_inputs("imu", frame_id="sim_imu"), **INERTIAL},
     memory=partial(Publisher, IMU),
 )
-def publish_imu(db: Database) -> bool:
+@publishes
+def publish_imu(db: Database, nanoseconds: int) -> Any:
     """Publish `sensor_msgs/Imu`; a reading that is switched off has covariance[0] = -1."""
-    topic = subscribed_topic(db)
-    if topic is None:
-        return False
-    nanoseconds = stamp_ns(db.app, db.inputs.timeStamp)
-    db.app.bus.publish(topic, IMU, imu_of(db, nanoseconds), nanoseconds)
-    return True
+    return imu_of(db, nanoseconds)
 
 
 def imu_of(db: Database, nanoseconds: int) -> Any:
@@ -187,8 +181,7 @@ def imu_of(db: Database, nanoseconds: int) -> Any:
     version=1,
     check=check_names,
     inputs={
-        "execIn": EXEC_IN,
-        **publisher_inputs("ackermann_cmd", frame_id=""),
+        **stamped_inputs("ackermann_cmd", frame_id=""),
         "timeStamp": Attribute("double", "stamp of the message", default=0, unit="s", role="stamp"),
         "steeringAngle": Attribute("double", "angle of the virtual middle wheel", default=0.0, unit="rad", role="data"),
         "steeringAngleVelocity": Attribute(
@@ -200,14 +193,11 @@ def imu_of(db: Database, nanoseconds: int) -> Any:
     },
     memory=partial(Publisher, ACKERMANN),
 )
-def publish_ackermann_drive(db: Database) -> bool:
+@publishes
+def publish_ackermann_drive(db: Database, nanoseconds: int) -> Any:
     """Publish `ackermann_msgs/AckermannDriveStamped`."""
-    topic = subscribed_topic(db)
-    if topic is None:
-        return False
     inputs = db.inputs
-    nanoseconds = stamp_ns(db.app, inputs.timeStamp)
-    message = ackermann(
+    return ackermann(
         nanoseconds,
         inputs.frameId,
         inputs.steeringAngle,
@@ -216,5 +206,3 @@ def publish_ackermann_drive(db: Database) -> bool:
         inputs.acceleration,
         inputs.jerk,
     )
-    db.app.bus.publish(topic, ACKERMANN, message, nanoseconds)
-    return True

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Callable, Iterator
+from functools import wraps
+from typing import TYPE_CHECKING, Any
 
 from graph.base.records import dataclass
 from graph.node import Attribute, Database, NodeAtLoad
 from graph.sim.messages.message import DEFAULT, Quality
+from nodes.isaac.clocks import stamp_ns
 
 from .profiles import offered_quality
+
+if TYPE_CHECKING:
+    from graph.node.declaration import Compute
 
 NAMESPACE_ATTRIBUTE = "isaac:namespace"
 
@@ -41,6 +46,12 @@ def publisher_inputs(topic: str, *, frame_id: str | None = None) -> dict[str, At
 
 
 TIME_STAMP = Attribute("double", "stamp of the message", default=0.0, unit="s", role="stamp")
+
+
+def stamped_inputs(topic: str, *, frame_id: str | None = None) -> dict[str, Attribute]:
+    """The inputs of a publisher of stamped messages, as in `publisher_inputs`: execIn first, timeStamp last."""
+    execution = Attribute("execution", "publishes")
+    return {"execIn": execution, **publisher_inputs(topic, frame_id=frame_id), "timeStamp": TIME_STAMP}
 
 
 @dataclass(slots=True)
@@ -75,6 +86,27 @@ def subscribed_topic(db: Database, name: str | None = None, *, latched: bool = F
         bus.advertise(memory.topic, memory.type_name, db.path, memory.quality)
     topic: str = memory.topic
     return topic if bus.has_subscribers(topic) else None
+
+
+def publishes(make: Callable[[Database, int], Any]) -> Compute:
+    """The compute function of a publisher from `make(db, stamp)`, which returns its message.
+
+    It is called only while the topic has a listener. stamp: that of timeStamp [ns]. None: nothing is sent.
+    """
+
+    @wraps(make)
+    def compute(db: Database) -> bool:
+        topic = subscribed_topic(db)
+        if topic is None:
+            return False
+        nanoseconds = stamp_ns(db.app, db.inputs.timeStamp)
+        message = make(db, nanoseconds)
+        if message is None:
+            return False
+        db.app.bus.publish(topic, db.memory.type_name, message, nanoseconds)
+        return True
+
+    return compute
 
 
 _TOPIC = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+")

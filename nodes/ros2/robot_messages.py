@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
 from typing import Any
 
-from .messages import header
+from .messages import header, type_of
 
 TWIST = "geometry_msgs/msg/Twist"
 JOINT_STATE = "sensor_msgs/msg/JointState"
@@ -22,7 +21,7 @@ def joint_state(
     import numpy as np
 
     columns = (np.array(column, dtype=np.float64) for column in (positions, velocities, efforts))
-    return _type(JOINT_STATE)(header(nanoseconds, frame_id), list(names), *columns)
+    return type_of(JOINT_STATE)(header(nanoseconds, frame_id), list(names), *columns)
 
 
 def odometry(
@@ -34,12 +33,12 @@ def odometry(
     angular: Sequence[float],
 ) -> Any:
     """`nav_msgs/Odometry`: pose [m; x, y, z, w] in frames[0], velocities [m/s, rad/s] in frames[1]; no covariances."""
-    pose = _type("geometry_msgs/msg/Pose")(point(position), quaternion(orientation))
-    return _type(ODOMETRY)(
+    pose = type_of("geometry_msgs/msg/Pose")(point(position), quaternion(orientation))
+    return type_of(ODOMETRY)(
         header(nanoseconds, frames[0]),
         frames[1],
-        _type("geometry_msgs/msg/PoseWithCovariance")(pose, _zeros(36)),
-        _type("geometry_msgs/msg/TwistWithCovariance")(twist(linear, angular), _zeros(36)),
+        type_of("geometry_msgs/msg/PoseWithCovariance")(pose, _zeros(36)),
+        type_of("geometry_msgs/msg/TwistWithCovariance")(twist(linear, angular), _zeros(36)),
     )
 
 
@@ -51,7 +50,7 @@ def imu(
     linear_acceleration: Sequence[float] | None,
 ) -> Any:
     """`sensor_msgs/Imu`; a reading that is None becomes zero with covariance[0] = -1, which marks it as missing."""
-    return _type(IMU)(
+    return type_of(IMU)(
         header(nanoseconds, frame_id),
         quaternion(orientation if orientation is not None else (0.0, 0.0, 0.0, 1.0)),
         _covariance(orientation is not None),
@@ -66,28 +65,28 @@ def ackermann(
     nanoseconds: int, frame_id: str, angle: float, rate: float, speed: float, acceleration: float, jerk: float
 ) -> Any:
     """`ackermann_msgs/AckermannDriveStamped` [rad, rad/s, m/s, m/s^2, m/s^3]."""
-    drive = _type("ackermann_msgs/msg/AckermannDrive")(angle, rate, speed, acceleration, jerk)
-    return _type(ACKERMANN)(header(nanoseconds, frame_id), drive)
+    drive = type_of("ackermann_msgs/msg/AckermannDrive")(angle, rate, speed, acceleration, jerk)
+    return type_of(ACKERMANN)(header(nanoseconds, frame_id), drive)
 
 
 def twist(linear: Sequence[float], angular: Sequence[float]) -> Any:
     """`geometry_msgs/Twist` [m/s, rad/s]."""
-    return _type(TWIST)(vector(linear), vector(angular))
+    return type_of(TWIST)(vector(linear), vector(angular))
 
 
 def vector(values: Sequence[float]) -> Any:
     """`geometry_msgs/Vector3`."""
-    return _type("geometry_msgs/msg/Vector3")(*map(float, values))
+    return type_of("geometry_msgs/msg/Vector3")(*map(float, values))
 
 
 def point(values: Sequence[float]) -> Any:
     """`geometry_msgs/Point`."""
-    return _type("geometry_msgs/msg/Point")(*map(float, values))
+    return type_of("geometry_msgs/msg/Point")(*map(float, values))
 
 
 def quaternion(xyzw: Sequence[float]) -> Any:
     """`geometry_msgs/Quaternion` of x, y, z, w."""
-    return _type("geometry_msgs/msg/Quaternion")(*map(float, xyzw))
+    return type_of("geometry_msgs/msg/Quaternion")(*map(float, xyzw))
 
 
 def _covariance(measured: bool) -> Any:
@@ -101,10 +100,3 @@ def _zeros(count: int) -> Any:
     import numpy as np
 
     return np.zeros(count)
-
-
-@cache
-def _type(name: str) -> Any:
-    from graph.sim.messages.ros_types import message_type
-
-    return message_type(name)

@@ -7,13 +7,18 @@ last message; execOut fires only in a compute that took a message.
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from functools import wraps
+from typing import TYPE_CHECKING, Any
 
 from graph.base.records import dataclass
 from graph.node import Attribute, Database
 
 from .profiles import offered_quality, queue_depth
 from .publishing import topic_name
+
+if TYPE_CHECKING:
+    from graph.node.declaration import Compute
 
 EXEC_IN = Attribute("execution", "takes the next message, if one has come")
 EXEC_OUT = Attribute("execution", "a message was taken")
@@ -43,6 +48,24 @@ def subscriber_inputs(topic: str) -> dict[str, Attribute]:
             "uint64", "messages that wait; one more pushes the oldest out", default=10, unit="messages"
         ),
     }
+
+
+def receives(type_name: str) -> Callable[[Callable[[Any, Any], None]], Compute]:
+    """The compute function of a subscriber from `write(outputs, message)`, which is called for each message taken."""
+
+    def made(write: Callable[[Any, Any], None]) -> Compute:
+        @wraps(write)
+        def compute(db: Database) -> bool:
+            message = next_message(db, type_name)
+            if message is None:
+                return False
+            write(db.outputs, message)
+            db.fire("execOut")
+            return True
+
+        return compute
+
+    return made
 
 
 def next_message(db: Database, type_name: str) -> Any:

@@ -181,7 +181,7 @@ def _ids(db: Database, options: Mapping[str, Any]) -> None:
     from sensors.lidar.names import PRIM_TYPE
 
     from .frame_publisher import product_of
-    from .frame_writers import object_id_map
+    from .messages import object_id_map
 
     product = product_of(db, PRIM_TYPE, "not-a-lidar")
     if product is None:
@@ -194,7 +194,8 @@ def _ids(db: Database, options: Mapping[str, Any]) -> None:
 
 def _text(db: Database, product: RenderProduct, make: Callable[[Any, int], Any]) -> None:
     from .frame_publisher import publish_with
-    from .frame_writers import STRING, FrameWriter, stamps
+    from .frame_writers import FrameWriter, stamps
+    from .messages import STRING
     from .publishing import topic_name
 
     inputs = db.inputs

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from functools import cache
 from typing import Any
 
 from graph.node import Attribute, Database, NodeAtLoad, node_type
+from nodes.ros2.messages import type_of
 from nodes.ros2.publishing import Publisher, subscribed_topic
 
 BYTES = "std_msgs/msg/UInt8MultiArray"
@@ -45,15 +45,8 @@ def topic_of(db: Database) -> str:
 
 def bytes_message(data: Any) -> Any:
     """`std_msgs/UInt8MultiArray` of (n,) uint8."""
-    layout = _type("std_msgs/msg/MultiArrayLayout")([], 0)
-    return _type(BYTES)(layout, data)
-
-
-@cache
-def _type(name: str) -> Any:
-    from graph.sim.messages.ros_types import message_type
-
-    return message_type(name)
+    layout = type_of("std_msgs/msg/MultiArrayLayout")([], 0)
+    return type_of(BYTES)(layout, data)
 
 
 def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:

@@ -285,7 +285,7 @@ def test_an_object_id_map_needs_ids(lidar, world):
 def test_an_object_id_map_is_json_with_decimal_ids_and_the_stamp():
     import json
 
-    from nodes.ros2.frame_writers import object_id_map
+    from nodes.ros2.messages import object_id_map
 
     message = object_id_map({2**100: "/World/Box", 7: "/World/Ball"}, 1_500_000_000)
     assert json.loads(message.data) == {
