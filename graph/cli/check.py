@@ -247,7 +247,7 @@ def _traps(parts: Parts, allow: Sequence[Path]) -> list[Note]:
     from graph.session.open import start
     from graph.session.step_limit import check_steps
 
-    from .load_traps import load_traps
+    from .explain_traps import load_traps
     from .safe_log import quiet_warnings
 
     with quiet_warnings():

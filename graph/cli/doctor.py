@@ -8,6 +8,7 @@ import platform
 import shutil
 import subprocess
 import sys
+import time
 from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
@@ -15,8 +16,9 @@ from pathlib import Path
 from graph.base.errors import UserError
 from graph.base.work import usable_cores
 
-from . import device, extremes, warming
-from .printing import say, say_json
+from . import extremes
+from .printing import counted, say, say_json, tell
+from .progress import counting
 
 HELP = "is this machine ready? what to install"
 
@@ -106,9 +108,9 @@ def run(args: argparse.Namespace) -> int:
     if args.stability:
         return extremes.run(args)
     if args.warm:
-        return warming.run()
+        return _warm()
     if args.device:
-        return device.run(args.device, as_json=args.json)
+        return _check_device(args.device, as_json=args.json)
     if args.only:
         raise UserError("--only chooses among the cases of --stability; add it")
     findings = examine()
@@ -238,3 +240,61 @@ def _disk() -> Finding:
     if free < LITTLE_DISK:
         return Finding("disk", "warn", detail, "Recordings want space: free some, or give --out another disk.")
     return Finding("disk", "ok", detail)
+
+
+def _check_device(name: str, *, as_json: bool) -> int:
+    """Checks a device; returns 0 if rays can be cast there, else 1. Raises UserError if it is missing."""
+    from graph.sim.devices import plugin_of, warp
+
+    if name == "cpu":
+        raise UserError("doctor --device cpu: the processor needs no check of its own; name cuda, cuda:N or warp-cpu")
+    plugin, wp = plugin_of(name), warp()
+    device, found = plugin.device_of(name), plugin.compare(name)
+    facts = {
+        "device": device.name,
+        "warp": wp.config.version,
+        "ready": found.same,
+        "rays": found.rays,
+        "range_difference_m": found.worst_m,
+        "other_surfaces": found.others,
+    }
+    if device.is_cuda:
+        driver = wp.get_cuda_driver_version()
+        facts |= {
+            "driver": ".".join(map(str, driver)) if isinstance(driver, tuple) else str(driver),
+            "memory_gib": round(device.total_memory / GIB, 1),
+            "free_gib": round(device.free_memory / GIB, 1),
+        }
+    if as_json:
+        say_json(facts)
+        return 0 if found.same else 1
+    memory = (
+        f", {facts['free_gib']} of {facts['memory_gib']} GiB free, CUDA {facts['driver']}" if device.is_cuda else ""
+    )
+    say(f"{name}  {device.name}{memory}, Warp {wp.config.version}")
+    say(f"{found.rays:,} rays as on the processor: ranges within {found.worst_m:.1e} m, other surfaces: {found.others}")
+    say("ready" if found.same else "not ready: it measures something else; report it with this output")
+    return 0 if found.same else 1
+
+
+def _warm() -> int:
+    """Compiles what is missing, with a bar on a terminal; returns 0."""
+    from sensors.compiled.kept import user_folder, why_not_kept
+    from sensors.compiled.warming import warm
+
+    reason = why_not_kept()
+    if reason:
+        say(f"compiled code cannot be kept: {reason}. Set TICKGRAPH_CACHE to a folder of your own")
+        return 1
+    start = time.monotonic()
+    number = 0
+    with counting("compiling", shown=sys.stderr.isatty()) as bar:
+        for done, number in warm():
+            if number and not done and not sys.stderr.isatty():
+                tell(f"compiling {counted(number, 'loops')} of the sensors, once on this machine")
+            bar.update(bar.task_ids[0], completed=done, total=number)
+    if not number:
+        say("the sensors' loops are compiled already")
+    else:
+        say(f"compiled {counted(number, 'loops')} in {time.monotonic() - start:.0f} s into {user_folder()}")
+    return 0

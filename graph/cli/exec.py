@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 from graph.base.errors import RunError, UserError
 from graph.base.inputs import digest
 from graph.base.limits import check
-from graph.base.outputs import make_folder
 
 from .arguments import add_allow, add_fidelity, add_live, check_folder, fidelity_of
 from .printing import counted, page_width, say, say_json, tell
@@ -117,7 +116,7 @@ def run(args: argparse.Namespace) -> int:
     if reporting.report is None:
         tell("the script made no application: nothing was simulated")
     if args.strict:
-        from .silent_outputs import strict_code
+        from .idle_parts import strict_code
 
         if script.caught:
             tell(f"strict: the script caught {counted(len(script.caught), 'errors')}")
@@ -208,11 +207,7 @@ class _Reporting:
 
     def closing(self, app: App) -> None:
         """The App is about to be closed: makes the report."""
-        from graph.session.missed_ticks import missed_in_run
-
-        from .explain_topics import shared_topics
-        from .idle_parts import idle_in_run
-        from .silent_outputs import warn_of_blind_sensors
+        from .idle_parts import warn_at_end, warn_of_blind_sensors
 
         try:
             app.tell_closing()
@@ -223,14 +218,7 @@ class _Reporting:
             for warning in sink.warnings():
                 app.warn(*warning)
         warn_of_blind_sensors(app)
-        self.missed = [*missed_in_run(app)]
-        for warning in (
-            *self.missed,
-            *idle_in_run(app, self.runner),
-            *self._frames.warnings(app.bus),
-            *shared_topics(app.bus),
-        ):
-            app.warn(*warning)
+        self.missed = warn_at_end(app, self.runner, self._frames)
         self.report = self._built(app)
         if self._last is not None and app.timeline.is_stopped():
             self.report |= {key: self._last[key] for key in OF_A_PLAY}
@@ -268,13 +256,8 @@ class _Reporting:
         from graph.spec.file_spec import RecordSpec
 
         from .main import version
-        from .output_folder import Output, locked
+        from .output_folder import held_output
 
-        try:
-            make_folder(out)
-        except OSError as error:
-            raise UserError(f"--out {out}: {error.strerror}; name a folder that can be written") from None
-        self._held.enter_context(locked(out, "name another folder, or let that run end"))
         provenance = {
             "file": self._args.script.name,
             "sha256": digest(self._args.script),
@@ -282,4 +265,4 @@ class _Reporting:
             "version": version(),
             "arguments": json.dumps(self._args.arguments),
         }
-        return Output(out, RecordSpec(), (self._args.script,), provenance)
+        return held_output(self._held, out, RecordSpec(), (self._args.script,), provenance)

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
+from graph.base.errors import UserError
 from graph.session.graph_checks import idle_nodes
 from graph.session.link_checks import link_notes, nobody_consumes
 from graph.session.missed_ticks import missed_ticks
 
-from .explain_topics import planned_topics, shared, shared_topics
+from .explain_clocks import Step, plan_updates, updates_of
+from .explain_sensors import planned_ticks
+from .explain_topics import named_frames, placed_frames, planned_topics, shared, shared_topics
+from .frames import unpublished
 from .idle_parts import latent_retriggered, product_not_made
 
 if TYPE_CHECKING:
@@ -234,3 +239,52 @@ def _sensor_traps(app: App, sensors: Sequence[Mapping[str, Any]], seen: Observed
 def _latent_traps(seen: Observed) -> Iterator[Trap]:
     for node, (ignored, triggered) in seen.ignored.items():
         yield latent_retriggered(node, ignored, triggered, len(seen.substeps))
+
+
+MOST_UPDATES = 1_000
+"""Updates that are planned; problems of later updates are found only by a run."""
+
+
+def load_traps(session: Session) -> list[Trap]:
+    """For `graph check`: the traps of a session that has not played.
+
+    Nothing moves, no ray is cast, no physics is built.
+    """
+    app = session.app
+    nodes = [node for graph in session.runner.graphs.values() for node in graph.nodes.values()]
+    steps = list(islice(plan_updates(app), min(updates_of(session), MOST_UPDATES)))
+    found = [
+        *wiring_traps(session),
+        *clock_traps(app, steps),
+        *_planned_traps(app, nodes, steps),
+        *_frame_traps(session, nodes),
+    ]
+    return list(dict.fromkeys(found))
+
+
+def _frame_traps(session: Session, nodes: Sequence[Node]) -> Iterator[Trap]:
+    """Frames that publishers will name and no transform of the file places."""
+    placed = placed_frames(nodes)
+    if placed:
+        for topic, path, frame in named_frames(session, nodes):
+            yield from unpublished(topic, [path], frame, placed)
+
+
+def _planned_traps(app: App, nodes: Iterable[Node], steps: Sequence[Step]) -> Iterator[Trap]:
+    """Warnings of the sensors that nodes name when their render products are made, and ticks that they will miss."""
+    from sensors.products import render_product
+
+    named = dict.fromkeys(
+        str(path) for node in nodes for name in node.type.inputs_as("sensor") for path in node.get(name) or ()
+    )
+    before = len(list(app.warnings))
+    for path in named:
+        try:
+            product = render_product(app, path)
+        except UserError:  # of a saved scene: a problem of the file otherwise
+            continue
+        ticks, missed = planned_ticks(app, product, 0, steps)
+        if missed:
+            yield missed_ticks(app, path, product.sensor.rate, missed, len(ticks) + missed)
+    for warning in list(app.warnings)[before:]:
+        yield warning.code, warning.where, warning.message

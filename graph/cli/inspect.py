@@ -75,8 +75,8 @@ def run(args: argparse.Namespace) -> int:
     from graph.session.open import open_session
     from sensors.channels import CHANNELS
 
+    from .idle_parts import wired_sensors
     from .run import show_log
-    from .silent_outputs import wired_sensors
 
     if args.updates is not None and args.updates < 1:
         raise UserError(f"--updates {args.updates}: give a number of updates above 0")

@@ -8,7 +8,7 @@ from __future__ import annotations
 import errno
 import os
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +47,25 @@ def locked(folder: Path, advice: str, *, shared: bool = False) -> Iterator[None]
         yield
     finally:
         os.close(handle)
+
+
+@contextmanager
+def held_folder(folder: Path, advice: str) -> Iterator[None]:
+    """Makes a folder and locks it, as `locked` does. Raises UserError if it cannot be written."""
+    try:
+        make_folder(folder)
+    except OSError as error:
+        raise UserError(f"--out {folder}: {error.strerror}; name a folder that can be written") from None
+    with locked(folder, advice):
+        yield
+
+
+def held_output(
+    held: ExitStack, folder: Path, record: RecordSpec, read: Iterable[Path], provenance: Mapping[str, str]
+) -> Output:
+    """The output files of a run, in a folder that only this run holds until `held` ends. Raises as `Output` does."""
+    held.enter_context(held_folder(folder, "name another folder, or let that run end"))
+    return Output(folder, record, read, provenance)
 
 
 class Output:

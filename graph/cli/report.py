@@ -13,8 +13,8 @@ from graph.base.exact import shortest
 from graph.base.outputs import write
 from graph.sim.timing.run_loop import RealClock
 
+from .idle_parts import silent_parts, wired_sensors
 from .printing import counted, safe_line
-from .silent_outputs import silent_parts, wired_sensors
 from .tables import Grid
 
 if TYPE_CHECKING:

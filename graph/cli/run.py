@@ -47,8 +47,6 @@ if TYPE_CHECKING:
     from .output_folder import Output
     from .report import Report
 
-HELP = "run a graph file"
-DEFAULT_DURATION_S = 5
 EXIT_INTERRUPTED = 130
 
 
@@ -102,7 +100,6 @@ def run(args: argparse.Namespace) -> int:
     """Runs the command; returns its exit code."""
     from graph.recording.transports.targets import connect, read_targets
     from graph.session.message_sources import files_of, open_sources, play_into, remapping, warn_unheard
-    from graph.session.missed_ticks import missed_in_run
     from graph.session.open import open_session
     from graph.session.step_limit import check_steps
     from graph.sim.messages.bus import CountingSink
@@ -113,12 +110,10 @@ def run(args: argparse.Namespace) -> int:
     from sensors.writers.preview import Previews
 
     from .explain_clocks import MOST_PLANNED_UPDATES, plan_updates
-    from .explain_topics import shared_topics
     from .explain_traps import clock_traps
     from .frames import FrameSink
-    from .idle_parts import idle_in_run
+    from .idle_parts import strict_code, warn_at_end, warn_of_blind_sensors
     from .report import build_report
-    from .silent_outputs import strict_code, warn_of_blind_sensors
 
     show_log()
     targets = read_targets(args.live)
@@ -194,11 +189,7 @@ def run(args: argparse.Namespace) -> int:
                 for path in args.settings:
                     if not app.settings.is_read(path) and suggestion(path) is None:
                         app.warn("setting-unread", path, "nothing in this run read it; correct it, or leave it out")
-                missed = [*missed_in_run(app)]
-                for warning in (*missed, *idle_in_run(app, session.runner)):
-                    app.warn(*warning)
-                for warning in (*frames.warnings(app.bus), *shared_topics(app.bus)):
-                    app.warn(*warning)
+                missed = warn_at_end(app, session.runner, frames)
                 wall, compiled = time.perf_counter() - started, COMPILING.seconds - compiled
                 report = build_report(app, session.runner, counter, wall, live, meter, compiled, session.drawn)
         except RunError as error:  # raised while the recording was finished
@@ -264,14 +255,10 @@ def _print(args: argparse.Namespace, report: Report, lines: list[str]) -> None:
 
 def _output(args: argparse.Namespace, session: Session, played: list[Path], held: ExitStack) -> Output:
     """The output files, in a folder that only this run holds until it ends."""
-    from .output_folder import Output, locked
+    from .output_folder import held_output
 
-    try:
-        make_folder(args.out)
-    except OSError as error:
-        raise UserError(f"--out {args.out}: {error.strerror}; name a folder that can be written") from None
-    held.enter_context(locked(args.out, "name another folder, or let that run end"))
-    return Output(args.out, session.spec.record, (args.file, *args.play, *played), _provenance(args, session.app))
+    read = (args.file, *args.play, *played)
+    return held_output(held, args.out, session.spec.record, read, _provenance(args, session.app))
 
 
 def show_log() -> None:
@@ -296,12 +283,14 @@ def _number_of_updates(args: argparse.Namespace, session: Session) -> int:
 
 
 def _updates_asked_for(args: argparse.Namespace, session: Session) -> int:
+    from .explain_clocks import duration_of
+
     if args.updates is not None:
         if args.updates < 0:
             raise UserError(f"--updates {args.updates}: give a number of updates, 0 or more")
         return int(args.updates)
     if args.duration is None:
-        length = session.spec.duration if session.spec.duration is not None else Fraction(DEFAULT_DURATION_S)
+        length = duration_of(session)
     else:
         try:
             length = exact_duration(args.duration)

@@ -10,7 +10,6 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from graph.base.errors import Problem, RunError, UserError
-from graph.base.outputs import make_folder
 from graph.base.work import usable_cores
 from graph.cli.arguments import add_allow, add_nodes, add_overrides, add_play, add_skip_outside, check_folder
 from graph.cli.interrupts import between_updates
@@ -99,13 +98,9 @@ def run(args: argparse.Namespace) -> int:
     campaign = _campaign(args, earlier)
     check_folder(args.out)
     with ExitStack() as held:
-        try:
-            make_folder(args.out)
-        except OSError as error:
-            raise UserError(f"--out {args.out}: {error.strerror}; name a folder that can be written") from None
-        from graph.cli.output_folder import locked
+        from graph.cli.output_folder import held_folder
 
-        held.enter_context(locked(args.out, "let that campaign end, or name another folder"))
+        held.enter_context(held_folder(args.out, "let that campaign end, or name another folder"))
         folder.tidy()
         if earlier is None:
             try:

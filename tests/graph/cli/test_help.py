@@ -9,8 +9,8 @@ import pytest
 from rich.console import Console
 
 from graph.cli.commands import every
+from graph.cli.help import column_widths, rendered
 from graph.cli.main import main
-from graph.cli.rendering import column_widths, rendered
 from graph.manual import ORDER, page
 from tests.support.places import ROOT
 

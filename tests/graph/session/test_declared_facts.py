@@ -4,7 +4,7 @@ import pytest
 
 from graph import Attribute, Database, NodeType, UserError, node_type
 from graph.cli.explanation import explain
-from graph.cli.silent_outputs import silent_parts, wired_sensors
+from graph.cli.idle_parts import silent_parts, wired_sensors
 from graph.node import NodeAtLoad, finders
 from graph.node.registry import Registry
 from graph.session.open import build_parts, open_session

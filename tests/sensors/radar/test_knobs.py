@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from graph.cli.silent_outputs import warn_of_blind_sensors
+from graph.cli.idle_parts import warn_of_blind_sensors
 from sensors.radar.bins import angle_cell
 from sensors.radar.config import ScanConfig
 from sensors.radar.cube import Grid
