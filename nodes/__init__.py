@@ -20,10 +20,11 @@ TYPES: Mapping[str, tuple[str, ...]] = {
         "SendCustomEvent OnCustomEvent SendMessageBusEvent OnMessageBusEvent",
     ),
     "action.events": _of("omni.graph.action", "OnPlaybackTick OnTick OnImpulseEvent"),
-    "action.flow": _of("omni.graph.action", "Branch Gate Once Counter FlipFlop Multisequence Multigate SwitchToken"),
+    "action.flow": _of(
+        "omni.graph.action", "Branch Gate Once Counter FlipFlop Multisequence Multigate SwitchToken Sequence"
+    ),
     "action.keyboard_events": _of("omni.graph.action", "OnKeyboardInput"),
     "action.latent": _of("omni.graph.action", "Countdown Delay"),
-    "action.legacy": _of("omni.graph.action", "Sequence"),
     "action.log": (*_of("omni.graph.action", "LogMessage"), *_of("omni.graph.ui_nodes", "PrintText")),
     "action.loops": _of("omni.graph.action", "ForLoop ForEach"),
     "action.prims": _of("omni.graph.action", "SetPrimActive AddPrimRelationship ForEachTarget"),
@@ -167,7 +168,7 @@ TYPES: Mapping[str, tuple[str, ...]] = {
         "isaacsim.ros2.bridge",
         "ROS2SubscribeTwist ROS2SubscribeJointState ROS2SubscribeClock ROS2SubscribeAckermannDrive",
     ),
-    "ros2.context": _of("isaacsim.ros2.bridge", "ROS2Context"),
+    "ros2.context": _of("isaacsim.ros2.bridge", "ROS2Context ROS2QoSProfile"),
     "ros2.follow_transforms": _of("isaacsim.ros2.bridge", "ROS2SubscribeTransformTree"),
     "ros2.images": _of("isaacsim.ros2.bridge", "ROS2PublishImage ROS2PublishCompressedImage ROS2PublishCameraInfo"),
     "ros2.joint_states": _of("isaacsim.ros2.bridge", "ROS2PublishJointState"),
@@ -182,7 +183,6 @@ TYPES: Mapping[str, tuple[str, ...]] = {
     "ros2.prim_services": _of("isaacsim.ros2.bridge", "ROS2ServicePrim"),
     "ros2.publish_laser_scan": _of("isaacsim.ros2.bridge", "ROS2PublishLaserScan"),
     "ros2.publish_point_cloud": _of("isaacsim.ros2.bridge", "ROS2PublishPointCloud"),
-    "ros2.quality": _of("isaacsim.ros2.bridge", "ROS2QoSProfile"),
     "ros2.service_nodes": _of(
         "isaacsim.ros2.bridge",
         "OgnROS2ServiceServerRequest OgnROS2ServiceServerResponse OgnROS2ServiceClient",

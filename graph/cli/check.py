@@ -188,8 +188,7 @@ def check(
         apply_profile(held, parts.spec.clock.parity)
         findings = file_findings(target, parts.spec, parts.graphs, parts.stage, held)
     if parts.stage is not None and not problems:
-        from graph.session.graph_links import Links
-        from graph.session.link_checks import unread_products
+        from graph.session.graph_links import Links, unread_products
         from graph.sim.physics.read_world import survey
         from graph.sim.scene.diagnostics import reading
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import UserError
 from graph.session.graph_checks import idle_nodes
-from graph.session.link_checks import link_notes, nobody_consumes
+from graph.session.graph_links import link_notes, nobody_consumes
 from graph.session.missed_ticks import missed_ticks
 
 from .explain_clocks import Step, plan_updates, updates_of

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from graph.session.link_checks import nobody_consumes
+from graph.session.graph_links import nobody_consumes
 from graph.session.missed_ticks import missed_in_run
 from graph.sim.scene.prim_paths import prim_at
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from graph.node.declaration import NEVER_FIRES, PHYSICS_STEP
-from graph.session.link_checks import TIMES
+from graph.session.graph_links import TIMES
 
 from .case import Case, Found, finds
 

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 from graph.node.declaration import NEVER_FIRES, PHYSICS_STEP
 from graph.plan.order import cycles
 
-from .graph_links import Links
-from .link_checks import link_notes
+from .graph_links import Links, link_notes
 from .runner import frame_entries, runs_by_itself
 
 if TYPE_CHECKING:

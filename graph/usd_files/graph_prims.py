@@ -8,9 +8,8 @@ from typing import Any, get_args
 from graph.spec.file_spec import EvaluationMode, Evaluator, PipelineStage
 
 from .instances import GRAPHS, Users
-from .node_prims import COMPOUND_TYPE, GRAPH_TYPES, KEY, NODE_TYPES, PREFIXES, RawNode, Tell, schemas_of, some
 from .properties import LoneLayer, RawAttribute, lone_layer, properties_of
-from .raw_graph import RawGraph
+from .raw_graph import COMPOUND_TYPE, GRAPH_TYPES, KEY, NODE_TYPES, PREFIXES, RawGraph, RawNode, Tell, schemas_of, some
 from .variables import VARIABLE, variable_name, variable_type
 
 COMPOUND = "omni.graph.nodes.CompoundSubgraph"

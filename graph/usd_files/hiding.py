@@ -14,11 +14,9 @@ from graph.spec.file_spec import FileSpec, GraphSpec, NodeSpec
 
 from .custom_data import texts
 from .graph_prims import read_graphs
-from .json_values import kept
-from .node_prims import KEY, RawNode
-from .noted_order import noted
+from .json_values import kept, noted
 from .properties import RawAttribute
-from .raw_graph import RawGraph
+from .raw_graph import KEY, RawGraph, RawNode
 from .values import from_usd
 from .variables import VARIABLE, variable_name
 

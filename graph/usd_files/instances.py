@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from graph.base.shorten import listed
 
 from .json_values import decoded
-from .node_prims import Tell, schemas_of, some
+from .raw_graph import Tell, schemas_of, some
 from .variables import variable_name, variables_of
 
 if TYPE_CHECKING:

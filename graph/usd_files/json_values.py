@@ -1,17 +1,16 @@
 """Values that USD cannot hold as written, stored beside them as JSON text in customData.
 
-The JSON text counts only while the attribute still has the value stored with it: an edit in another program wins.
-"""
+The JSON text counts only while the attribute still has the value stored with it: an edit in another program wins."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, TypeVar
 
 from graph.files.source import DEPTH_LIMIT
 
-from .node_prims import KEY
+from .raw_graph import KEY
 
 
 def restored(value: Any, custom: Mapping[str, Any]) -> Any:
@@ -61,3 +60,20 @@ def _inside(value: dict[str, Any] | list[Any]) -> Iterable[Any]:
 def kept(written: Any, stored: Any) -> str:
     """The text that restores `written` while the attribute has the value `stored`."""
     return json.dumps({"written": written, "stored": stored})
+
+
+_T = TypeVar("_T")
+
+
+def noted(names: Iterable[str]) -> str:
+    """The record of an order, as JSON, since USD's text cannot hold every name."""
+    return json.dumps(list(names))
+
+
+def in_noted_order(items: Iterable[_T], name_of: Callable[[_T], str], ours: Mapping[str, Any], key: str) -> list[_T]:
+    """The items in the recorded order under a key; items that are not recorded come last, in their own order."""
+    listed = decoded(ours, key) if ours else None
+    if not isinstance(listed, list):
+        return list(items)
+    rank = {str(name): position for position, name in enumerate(listed)}
+    return sorted(items, key=lambda item: rank.get(name_of(item), len(rank)))

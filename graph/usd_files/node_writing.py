@@ -18,10 +18,9 @@ from graph.values.types import TYPES, Extended, Type
 from graph.values.untyped import natural_type, typed_value
 
 from .custom_data import survives
-from .json_values import kept
-from .node_prims import KEY
-from .noted_order import noted
+from .json_values import kept, noted
 from .ports import as_source
+from .raw_graph import KEY
 from .values import from_usd, ogn_name, plain, sdf_name, to_usd
 
 EXECUTION = {"isExecution": True}

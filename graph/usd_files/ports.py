@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from .node_prims import RawNode
 from .properties import RawAttribute
+from .raw_graph import RawNode
 
 
 class Ports:

@@ -20,8 +20,8 @@ from graph.spec.migration import migrate
 from .custom_data import KEYS
 from .graph_prims import read_graphs
 from .json_values import decoded, loaded
-from .node_prims import COMMENTS, KEY
 from .places import PlacedMark, Text
+from .raw_graph import COMMENTS, KEY
 from .specs import graph_specs
 from .tidying import tidied
 from .values import plain

@@ -14,12 +14,10 @@ from graph.spec.file_spec import ConnectionSpec, FileSpec, GraphSpec, NodeSpec, 
 from graph.spec.migration import meant_nothing, migrate, migrated_type, upgraded
 from graph.values.types import Type
 
-from .json_values import decoded, is_default, restored
-from .node_prims import KEY, PREFIXES, RawNode, Tell, ogn_type, some
-from .noted_order import in_noted_order
+from .json_values import decoded, in_noted_order, is_default, restored
 from .ports import Ports, sources_of, targets_of
 from .properties import RawAttribute, extended_in
-from .raw_graph import RawGraph
+from .raw_graph import KEY, PREFIXES, RawGraph, RawNode, Tell, ogn_type, some
 from .variables import variable_name, variable_type
 
 MarkOf = Callable[[str], Mark]

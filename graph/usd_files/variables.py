@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from .json_values import restored
-from .node_prims import KEY, ogn_type
 from .properties import RawAttribute, properties_of
+from .raw_graph import KEY, ogn_type
 
 VARIABLE = "graph:variable:"
 

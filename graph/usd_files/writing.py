@@ -16,9 +16,9 @@ from graph.spec.file_spec import FileSpec, GraphSpec, VariableSpec
 
 from . import custom_data
 from .hiding import Hiding, scene_graphs
-from .node_prims import COMMENTS, KEY
+from .json_values import noted
 from .node_writing import NodeWriter, write_value
-from .noted_order import noted
+from .raw_graph import COMMENTS, KEY
 from .written_links import Links
 
 _EVALUATORS = {"execution": "execution", "push": "push", "dirty_push": "dirty_push"}

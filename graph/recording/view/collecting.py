@@ -13,11 +13,9 @@ from graph.recording.contents.poses import TRANSFORMS, TransformLog, read_transf
 from graph.recording.contents.scans import scan_of
 from graph.recording.sources import WALL_CLOCK_NS
 
-from .clouds import CloudPanel
-from .colours import source
+from .clouds import CloudPanel, chosen
 from .frames import DETECTIONS, LENS, boxes, frames, lens
-from .images import image_of, range_image, small
-from .thinning import chosen
+from .pictures import image_of, range_image, small, source
 from .times import Times
 from .values import MOST_POINTS, Series
 

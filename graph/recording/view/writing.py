@@ -22,9 +22,9 @@ from graph.sim.messages.message import SENSOR
 from .boundary import embedded, policy
 from .clouds import CloudPanel, titled
 from .collecting import Collected, Picture, collect, source_of
+from .pictures import top_view
 from .scene import cloud_groups, scene
 from .times import clocks
-from .top_views import top_view
 
 if TYPE_CHECKING:
     from graph.recording.run_reader import RunReader

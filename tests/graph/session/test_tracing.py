@@ -6,7 +6,7 @@ import pytest
 
 from graph import Graph
 from graph.cli.main import main
-from graph.session.trace_events import PHYSICS, RENDERER, TIMELINE, WALL
+from graph.session.tracing import PHYSICS, RENDERER, TIMELINE, WALL
 from graph.sim import App
 from tests.support.lidar_texts import LIDAR_AND_CLOCK
 

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from graph.testing.comparing import difference, show
+from graph.testing.expectations import difference, show
 from graph.testing.updates import read_range, show_updates
 from graph.values.types import TYPES
 

@@ -11,11 +11,10 @@ import pytest
 
 from graph.cli.main import main
 from graph.recording.run_reader import open_run
-from graph.recording.view.clouds import CloudPanel
+from graph.recording.view.clouds import CloudPanel, chosen, some
 from graph.recording.view.collecting import collect, points_a_cloud
-from graph.recording.view.thinning import chosen, some
+from graph.recording.view.pictures import top_view
 from graph.recording.view.times import Times, clocks
-from graph.recording.view.top_views import top_view
 from graph.recording.view.values import Series
 from tests.support.browser import browse
 
