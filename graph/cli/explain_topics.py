@@ -122,7 +122,7 @@ def _elsewhere(stage: Any, path: str) -> bool:
 
 
 def placed_frames(nodes: Iterable[Node]) -> set[str] | None:
-    """The frames that the transforms of these nodes will connect; None where only a run knows."""
+    """The frames that the transforms of these nodes will connect; None if they are known only in a run."""
     found: set[str] = set()
     for node in nodes:
         if _sends(node) and _message_type(node) in SHARED:

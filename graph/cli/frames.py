@@ -71,7 +71,7 @@ class FrameSink:
         """Does nothing."""
 
     def expect(self, topic: str, frame: str) -> None:
-        """Takes it that the messages of a topic, of which none came, name this frame."""
+        """Notes the frame that the messages of a topic name, for a topic of which none came."""
         self._named.setdefault(topic, frame)
 
     def warnings(self, bus: MessageBus) -> Iterator[tuple[str, str, str]]:

@@ -52,7 +52,7 @@ def latent_retriggered(node: Node, ignored: int, triggered: int, updates: int) -
 
 
 def idle_in_run(app: App, runner: GraphRunner) -> Iterator[Trap]:
-    """All such warnings of a run that is about to end."""
+    """The warnings of a run that is about to end: products never made or never read, ignored triggers."""
     nodes = [node for graph in runner.graphs.values() for node in graph.nodes.values()]
     made: dict[str, list[str]] = {}
     for node in product_makers(nodes):
@@ -129,7 +129,7 @@ def strict_code(silent: Iterable[str], missed: Iterable[tuple[str, str, str]]) -
 
 
 def blind_sensors(app: App) -> dict[str, int]:
-    """How many frames each sensor that is read rendered, if it saw nothing in any of them."""
+    """Path -> number of frames, of each sensor that has readers and saw nothing in any frame."""
     frames: dict[str, int] = {}
     seen: set[str] = set()
     for product in app.rendering.history:

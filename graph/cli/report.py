@@ -98,7 +98,7 @@ def to_json(report: Mapping[str, Any]) -> str:
 
 
 def table_of(report: Report, width: int) -> Iterator[str]:
-    """The lines of a table of sensors, topics and clocks of a run, for so wide a page."""
+    """The lines of a table of a run's sensors, topics and clocks, at most `width` characters wide."""
     if report["sensors"]:
         table = Grid("sensor", *SENSOR_COLUMNS)
         rows = {path: _sensor_cells(sensor, report["loop_hz"]) for path, sensor in report["sensors"].items()}

@@ -194,7 +194,8 @@ def _counted(case: Case, where: tuple[str, str], wanted: Any, get: Any) -> Itera
         if len(got) != wanted:
             yield Problem(f"{name}: expected {wanted}, got {len(got)} {show_updates(got)}", mark)
     elif sorted(wanted) != got:
-        yield Problem(f"{name}: expected {show_updates(wanted)}, got {show_updates(got)}{_updates_apart(wanted, got)}", mark)
+        shown = f"{show_updates(got)}{_updates_apart(wanted, got)}"
+        yield Problem(f"{name}: expected {show_updates(wanted)}, got {shown}", mark)
 
 
 def _shown(wanted: Any) -> str:

@@ -67,18 +67,18 @@ class BodyPair:
         return bool((masses * (speeds**2).sum(axis=2) + turning > masses * SLOW_MPS**2).any())
 
     def energy_drift(self) -> float:
-        """Largest difference of the energies, in the largest kinetic energy of the reference."""
+        """Largest difference of the energies, as a share of the reference's largest kinetic energy."""
         run, reference = self.energies
         return _share(np.abs(run - reference), _kinetic(self.reference))
 
     def momentum_drift(self) -> float:
-        """Largest difference of the momenta, in the largest sum of their amounts in the reference."""
+        """Largest difference of the momenta, as a share of the largest sum of the reference's momentum magnitudes."""
         run, reference = _momenta(self.run), _momenta(self.reference)
         difference = np.linalg.norm((run - reference).sum(axis=1), axis=1)
         return _share(difference, np.linalg.norm(reference, axis=2).sum(axis=1))
 
     def spin_drift(self) -> float:
-        """The same of the angular momenta about the first centre of mass of all bodies."""
+        """As `momentum_drift`, for angular momenta about the first centre of mass of all bodies."""
         about = _centre(self.reference)
         run, reference = _spins(self.run, about), _spins(self.reference, about)
         difference = np.linalg.norm((run - reference).sum(axis=1), axis=1)
@@ -119,7 +119,7 @@ class BodyPair:
 
 
 def pair(run: Trajectory | None, reference: Trajectory | None, horizon: float) -> BodyPair | None:
-    """The pair of two runs; None if nothing moves in them, or they share no body or no time after the first."""
+    """Pairs two runs. Returns None if nothing moves, or if they share no body or no time after the first."""
     if run is None or reference is None or not set(run.paths) & set(reference.paths):
         return None
     found = BodyPair(run, reference, horizon)
@@ -231,7 +231,7 @@ def _spins(one: Trajectory, about: Floats) -> Floats:
 
 
 def _share(difference: NDArray[np.float64], scale: NDArray[np.float64]) -> float:
-    """The largest difference in the largest scale; 0 if there is neither."""
+    """The largest difference as a share of the largest scale; 0 without values."""
     most, whole = float(difference.max(initial=0.0)), float(scale.max(initial=0.0))
     return most / whole if whole > 0 else (0.0 if most == 0 else float("inf"))
 

@@ -84,9 +84,9 @@ def _begun(found: Found) -> Outcome:
 
 
 def timed_length(study: Study, reference: Measured) -> Fraction:
-    """How long each timed run is [s]: the duration; of it less, if all of them would take more than `TIMING_S`.
+    """The simulated length of each timed run [s]: the duration, or less if all runs would take more than `TIMING_S`.
 
-    Then it is whole periods of the slowest sensor, for as many frames wherever it begins.
+    A shorter length is a whole number of the slowest sensor's periods: it has as many frames wherever it begins.
     """
     runs = len(study.settings) * study.repeat
     room = (TIMING_S / runs - reference.opening) / reference.pace - reference.started if reference.pace else math.inf
@@ -98,7 +98,7 @@ def timed_length(study: Study, reference: Measured) -> Fraction:
 
 
 def _check_read(study: Study, runs: list[Measured]) -> None:
-    """Raises UserError for knobs that nothing asked for, neither in the reference nor in its refinement."""
+    """Raises UserError for knobs that neither the reference nor its refinement read."""
     read = frozenset().union(*(run.read for run in runs))
     problems = [
         Problem(f"{option} {name}: nothing in this file reads this knob at {text_of(study.reference)}; leave it out")

@@ -47,7 +47,7 @@ class Float32:
         return found | {"float32.position_final": float(self.apart["position"][count - 1])}
 
     def growth(self, count: int) -> tuple[Floats, dict[str, Floats]]:
-        """At most so many times, evenly spread and the last one; and the largest differences until each."""
+        """At most `count` times, evenly spread up to the last, and the largest difference until each."""
         last = max(len(self.times) - 1, 0)
         rows = np.unique(np.linspace(0, last, count + 1).round().astype(int))[1:]
         until = {kind: np.maximum.accumulate(apart)[rows] for kind, apart in self.apart.items() if len(apart)}

@@ -49,7 +49,7 @@ class Cost:
         return {"wall_s": round(self.wall, 6), "cpu_s": round(self.cpu, 6)}
 
     def per(self, seconds: float) -> Cost:
-        """This cost for each of so many seconds."""
+        """The cost per second of a cost over `seconds` [s]."""
         return Cost(self.wall / seconds, self.cpu / seconds)
 
 

@@ -179,7 +179,7 @@ class Outcome:
 
     @property
     def knobs(self) -> tuple[str, ...]:
-        """What is varied, that with the most leverage first."""
+        """The varied keys, the one with the most leverage first."""
         leverage = self.leverage
         return tuple(sorted(self.study.varied, key=lambda name: -leverage.get(group_of(name), 0.0)))
 
@@ -193,7 +193,7 @@ class Outcome:
         return {name: effects == {0} for name, effects in found.items() if effects and 2 not in effects}
 
     def _effects(self, knob: str) -> set[int]:
-        """What the knob does where it alone differs: 0 changes no error, 1 none that is resolved, 2 some."""
+        """The effects of a knob where it alone differs: 0: no error changes; 1: no resolved one; 2: some resolved one."""
         alike: dict[tuple[Any, ...], list[Row]] = {}
         for row in self.rows:
             for setting in row.settings:
@@ -223,9 +223,9 @@ class Outcome:
         return own if own > NO_DIFFERENCE else 0.0
 
     def error(self, row: Row, metric: str) -> float | None:
-        """The error or cost of a setting as far as it is known; None if it was not measured.
+        """The error or cost of a setting; None if it was not measured.
 
-        It is at least the doubt: just that for all that are unresolved, which are alike, more for all others.
+        An unresolved error counts as `doubt`, so that all of these are equal; a resolved one is larger than that.
         """
         value = row.value(metric)
         if value is None:
@@ -236,12 +236,12 @@ class Outcome:
         return doubt if error < RESOLVED * doubt else max(error, math.nextafter(doubt, math.inf))
 
     def unresolved(self, row: Row, metric: str) -> bool:
-        """Whether the setting differs from the reference by less than the reference is known to."""
+        """Whether the setting's difference from the reference is smaller than the reference's own error."""
         value = row.value(metric)
         return value is not None and METRICS[metric].error(value) < RESOLVED * self.doubt(metric)
 
     def front(self, metric: str) -> list[Row]:
-        """The settings that pay, by rising cost: none other has both less cost and less error, as far as it is known.
+        """The settings that pay, by rising cost: no other has both less cost and less error (`error`).
 
         Cost is processor time: other work on the machine changes it least. Of settings that are as cheap as the
         cheapest (`Row.as_cheap`) the one of least error pays, of equal ones the first.
@@ -262,7 +262,7 @@ class Outcome:
 
     @property
     def sought(self) -> str:
-        """What the answer has least of: processor time; if only costs are bounded, the first error that differs."""
+        """What the answer minimises: processor time, or the first differing error if the budget bounds only costs."""
         errors = self.shown if all(name in COSTS for name in self.study.budget) else ()
         return errors[0] if errors else "cost.cpu"
 
@@ -294,13 +294,13 @@ class Outcome:
         return worst
 
     def _least(self, rows: Sequence[Row], value: Callable[[Row], float | None]) -> Row | None:
-        """The row with the least value, of equal ones the cheapest."""
+        """The row with the smallest value; among equal ones the cheapest."""
         found = [(one, row) for row in rows if (one := value(row)) is not None]
         least = min((one for one, _ in found), default=0.0)
         return self._cheap([row for one, row in found if one == least])
 
     def _cheap(self, rows: Sequence[Row]) -> Row | None:
-        """The cheapest row; of those as cheap the one farthest within the bounds of errors, of equal ones the first."""
+        """The cheapest row; of those as cheap, the one farthest within the bounds of errors; of equal ones the first."""
         cheapest = min(rows, key=lambda row: row.cost.cpu if row.cost else math.inf, default=None)
         if cheapest is None:
             return None

@@ -87,8 +87,8 @@ def find_reference(study: Study, present: Fidelity, pool: Pool, place: Path, cou
         run, check = found.get(file), found.get(beside)
         if isinstance(run, Measured) and not run.status:
             checked = check if isinstance(check, Measured) else None
-            told = pool.one(Judge(file, None if checked is None else beside))
-            judged.append(Judged(setting, file, run, checked, *told))
+            horizon, moved, own = pool.one(Judge(file, None if checked is None else beside))
+            judged.append(Judged(setting, file, run, checked, horizon, moved, own))
     if not judged:
         _fail(study.reference, found.get(place / "reference0"))
     order = ranking(study.budget)
@@ -99,7 +99,7 @@ def find_reference(study: Study, present: Fidelity, pool: Pool, place: Path, cou
 
 
 def _convergence(one: Judged, order: list[str]) -> tuple[float, ...]:
-    """The less, the better it converges: it is checked, agrees with its refinement longest, and is changed least."""
+    """Sort key; the candidate that converges best comes first: checked, then agreeing longest, then changed least."""
     moves = (METRICS[name].error(value) for name in order if (value := one.moved.get(name)) is not None)
     return (one.finer is None, *(round(value / NO_DIFFERENCE) * NO_DIFFERENCE for value in (-one.horizon.time, *moves)))
 

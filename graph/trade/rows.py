@@ -36,7 +36,8 @@ def measure_rows(
             if isinstance(found, Crashed):
                 row.status, row.why = status_of(found), found.why
             else:
-                row.take(*found)
+                measured, errors = found
+                row.take(measured, errors)
                 known.append(row)
             count(1)
 
@@ -76,7 +77,7 @@ def same_run(known: Row, setting: Setting, present: Fidelity) -> bool:
 
 
 def _apart(left: list[Row], known: list[Row], present: Fidelity) -> list[Row]:
-    """Of the rows that may be the same run one each, as far as the knobs that similar runs read tell."""
+    """One row of each group that may be the same run, judged by the knobs that similar runs have read."""
     found: dict[Hashable, Row] = {}
     for row in left:
         names, read = {*row.setting}, CHOICES

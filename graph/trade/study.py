@@ -80,7 +80,7 @@ class Study:
 
 
 def plan_settings(varied: Mapping[str, Sequence[Any]], base: Setting | None = None) -> tuple[Setting, ...]:
-    """Every combination of values (a grid); with `base`, only those that differ from it in one knob, and it itself.
+    """Every combination of values (a grid); with `base`, only the base and what differs from it in one knob.
 
     base: a value for each varied knob. Raises UserError for more than `MOST_SETTINGS`.
     """
@@ -193,7 +193,7 @@ def finest(name: str, values: Sequence[Any]) -> Any:
 
 
 def references(varied: Mapping[str, Sequence[Any]], given: Setting) -> tuple[Setting, ...]:
-    """The settings of which the one that converges best is the reference; one where the table of knobs decides.
+    """The candidates for the reference, of which the best converging is taken; one if the table of knobs decides.
 
     given: what the reference is asked to be. It decides nothing about `physics.integrator`: which one is best depends
     on the scene.

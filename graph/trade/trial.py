@@ -74,7 +74,7 @@ class Timed:
 
     @property
     def whole(self) -> Cost:
-        """All parts together."""
+        """The sum of all parts."""
         return sum(self.parts.values(), Cost())
 
 
@@ -204,7 +204,7 @@ def _watched(fidelity: Fidelity, read: set[str]) -> Fidelity:
 
 
 def without_arrays(found: Measured) -> Measured:
-    """The same without what bodies did and sensors saw."""
+    """A copy without the trajectories of bodies and the readings of sensors."""
     return replace(found, bodies=None, sensors={})
 
 

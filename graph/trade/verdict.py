@@ -111,7 +111,7 @@ COLUMNS = 4
 
 
 def _float32(row: Row) -> Iterator[str]:
-    """How the physics of a device parts from MuJoCo's over time; nothing where it is MuJoCo's own."""
+    """How far a device's physics departs from MuJoCo's over time; empty if the physics is MuJoCo's own."""
     found, name = row.float32, text_of(row.setting)
     if found is None:
         return

@@ -39,7 +39,7 @@ def write_block(file: Path, values: Mapping[str, str]) -> None:
 
 
 def _broken() -> tuple[type[Exception], ...]:
-    """What a text that is neither YAML nor JSON raises."""
+    """The error that a text raises that is neither YAML nor JSON."""
     from ruamel.yaml.error import YAMLError
 
     return (YAMLError, ValueError)
