@@ -193,7 +193,7 @@ class Outcome:
         return {name: effects == {0} for name, effects in found.items() if effects and 2 not in effects}
 
     def _effects(self, knob: str) -> set[int]:
-        """The effects of a knob where it alone differs: 0: no error changes; 1: no resolved one; 2: some resolved one."""
+        """The effects of a knob where it alone differs: 0 no error changes, 1 no resolved one, 2 some resolved one."""
         alike: dict[tuple[Any, ...], list[Row]] = {}
         for row in self.rows:
             for setting in row.settings:
@@ -300,7 +300,7 @@ class Outcome:
         return self._cheap([row for one, row in found if one == least])
 
     def _cheap(self, rows: Sequence[Row]) -> Row | None:
-        """The cheapest row; of those as cheap, the one farthest within the bounds of errors; of equal ones the first."""
+        """The cheapest row; of those as cheap, the one farthest within the bounds of errors; then the first."""
         cheapest = min(rows, key=lambda row: row.cost.cpu if row.cost else math.inf, default=None)
         if cheapest is None:
             return None
