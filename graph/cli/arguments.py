@@ -5,10 +5,14 @@ from __future__ import annotations
 import argparse
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from graph.base.asset_roots import checked_roots
 from graph.base.errors import UserError
 from graph.base.limits import checked
+
+if TYPE_CHECKING:
+    from graph.session.open import Session
 
 
 def check_folder(folder: Path) -> None:
@@ -138,6 +142,21 @@ def fidelity_of(args: argparse.Namespace) -> dict[str, str]:
 def overrides_of(args: argparse.Namespace) -> dict[str, str]:
     """The values that a command line sets on nodes and prims, by target. Raises UserError for an option without =."""
     return _pairs(args.set, "--set", "NODE.ATTR")
+
+
+def session_of(args: argparse.Namespace, **more: Any) -> Session:
+    """Opens the graph file of a command line. more: further options of `open_session`, or other values for these."""
+    from graph.session.open import open_session
+
+    options: dict[str, Any] = {
+        "allow": args.allow,
+        "skip_outside": args.skip_outside,
+        "settings": getattr(args, "settings", {}),
+        "fidelity": fidelity_of(args),
+        "overrides": overrides_of(args),
+        "skip_unknown": args.skip_unknown,
+    }
+    return open_session(args.file, **{**options, **more})
 
 
 def _pairs(options: list[str], flag: str, form: str) -> dict[str, str]:

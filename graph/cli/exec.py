@@ -16,7 +16,7 @@ from graph.base.inputs import digest
 from graph.base.limits import check
 
 from .arguments import add_allow, add_fidelity, add_live, check_folder, fidelity_of
-from .printing import counted, page_width, say, say_json, tell
+from .printing import EXIT_INTERRUPTED, counted, page_width, say, say_json, tell
 
 if TYPE_CHECKING:
     from graph.isaac.script import Script, ScriptError
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
     from .report import Report
 
-EXIT_INTERRUPTED = 130
 OF_A_PLAY = (
     "physics_steps",
     "simulation_time",

@@ -11,7 +11,7 @@ from typing import Any
 from graph.base.exact import shortest
 from graph.base.shorten import listed
 
-from .arguments import add_allow, add_nodes, add_overrides, add_skip_outside, fidelity_of, overrides_of
+from .arguments import add_allow, add_nodes, add_overrides, add_skip_outside, session_of
 from .printing import aligned, counted, say, say_json
 
 MOST_CYCLES = 5
@@ -39,22 +39,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command. It runs the first updates, but casts no rays."""
-    from graph.session.open import open_session
-
     from .explanation import explain
     from .safe_log import quiet_warnings
 
     with quiet_warnings():
-        session = open_session(
-            args.file,
-            allow=args.allow,
-            skip_outside=args.skip_outside,
-            settings=args.settings,
-            fidelity=fidelity_of(args),
-            overrides=overrides_of(args),
-            skip_unknown=args.skip_unknown,
-            on_error="continue",
-        )
+        session = session_of(args, on_error="continue")
         with session.app:
             told = explain(session, args.file)
     if args.json:

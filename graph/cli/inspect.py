@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import RunError, UserError
 
-from .arguments import add_allow, add_nodes, add_overrides, add_skip_outside, fidelity_of, overrides_of
+from .arguments import add_allow, add_nodes, add_overrides, add_skip_outside, session_of
 from .printing import aligned, note_line, say, say_json, tell
 
 if TYPE_CHECKING:
@@ -50,7 +50,6 @@ def product_size(app: App, path: str) -> tuple[int, int]:
 
 
 LEVELS = ("NONE", "BASIC", "EXTRA", "FULL")
-DEFAULT_DURATION_S = 5
 FIRST_VALUES = 4
 
 
@@ -72,7 +71,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command: plays the file until the sensor has a frame, with object ids and normals switched on."""
-    from graph.session.open import open_session
     from sensors.channels import CHANNELS
 
     from .idle_parts import wired_sensors
@@ -81,16 +79,8 @@ def run(args: argparse.Namespace) -> int:
     if args.updates is not None and args.updates < 1:
         raise UserError(f"--updates {args.updates}: give a number of updates above 0")
     show_log()
-    session = open_session(
-        args.file,
-        allow=args.allow,
-        skip_outside=args.skip_outside,
-        settings={**{one.setting: True for one in CHANNELS.values() if one.setting}, **args.settings},
-        fidelity=fidelity_of(args),
-        overrides=overrides_of(args),
-        skip_unknown=args.skip_unknown,
-        on_error="continue",
-    )
+    settings = {**{one.setting: True for one in CHANNELS.values() if one.setting}, **args.settings}
+    session = session_of(args, settings=settings, on_error="continue")
     with session.app as app:
         named = wired_sensors(app, session.runner)
         told = inspect(session, find_sensor(app, args.sensor, named), aux=args.aux, updates=args.updates)
@@ -148,6 +138,8 @@ def inspect(session: Session, path: str, *, aux: str | None = None, updates: int
     from sensors.products import render_product
     from sensors.sensor_types import sensor_types
 
+    from .explain_clocks import updates_of
+
     app = session.app
     if aux is not None:
         write_aux_level(app.stage.GetPrimAtPath(path), aux)
@@ -157,8 +149,7 @@ def inspect(session: Session, path: str, *, aux: str | None = None, updates: int
     output = Annotator(find_annotator("GenericModelOutput"), app=app).attach(product) if is_points else None
     beside = kind.measures & {"objId"} if is_points else kind.measures  # hit prims are shown at every level
     product.sensor.require(Consumer("graph inspect"), beside, ignore_aux=True)
-    duration = session.spec.duration if session.spec.duration is not None else Fraction(DEFAULT_DURATION_S)
-    most = updates or max(1, math.ceil(duration * app.loop_rate))
+    most = updates or max(1, updates_of(session))
     app.play()
     check_steps(app)
     done, seen_in = 0, 0

@@ -24,9 +24,9 @@ from graph.base.errors import RunError, UserError
 from graph.base.suggest import did_you_mean
 
 from .commands import COMMANDS, Command, every, find
-from .printing import problem_line, say, tell
+from .printing import EXIT_INTERRUPTED, problem_line, say, tell
 
-DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
+DONE, FAILED, WRONG_INPUT = 0, 1, 2
 
 
 @atexit.register
@@ -107,7 +107,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         _trace(debug)
         _complain(["graph: interrupted"])
-        return INTERRUPTED
+        return EXIT_INTERRUPTED
     except BrokenPipeError:  # the reader (`| head`) has exited
         _drop_output()
         return FAILED

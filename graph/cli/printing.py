@@ -16,6 +16,9 @@ from graph.base.shorten import brief, printable
 
 from .tables import hanging, table_lines, wrapped_last
 
+EXIT_INTERRUPTED = 130
+"""Exit code of a command that a signal ended."""
+
 
 def problem_line(problem: Problem) -> str:
     """A problem as one line of printable text; without a mark, it starts with the program's name."""

@@ -33,11 +33,10 @@ from .arguments import (
     add_play,
     add_remap,
     add_skip_outside,
-    fidelity_of,
-    overrides_of,
+    session_of,
 )
 from .interrupts import between_updates
-from .printing import counted, page_width, say, say_json, tell
+from .printing import EXIT_INTERRUPTED, counted, page_width, say, say_json, tell
 from .safe_log import SafeFormatter
 
 if TYPE_CHECKING:
@@ -46,8 +45,6 @@ if TYPE_CHECKING:
 
     from .output_folder import Output
     from .report import Report
-
-EXIT_INTERRUPTED = 130
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -100,7 +97,6 @@ def run(args: argparse.Namespace) -> int:
     """Runs the command; returns its exit code."""
     from graph.recording.transports.targets import connect, read_targets
     from graph.session.message_sources import files_of, open_sources, play_into, remapping, warn_unheard
-    from graph.session.open import open_session
     from graph.session.step_limit import check_steps
     from graph.sim.messages.bus import CountingSink
     from graph.sim.settings import suggestion
@@ -118,18 +114,8 @@ def run(args: argparse.Namespace) -> int:
     show_log()
     targets = read_targets(args.live)
     sources = open_sources(args.play, remapping(args.remap))
-    session = open_session(
-        args.file,
-        allow=args.allow,
-        skip_outside=args.skip_outside,
-        settings=args.settings,
-        fidelity=fidelity_of(args),
-        overrides=overrides_of(args),
-        seed=args.seed,
-        realtime=args.realtime,
-        on_error=args.on_error,
-        skip_unknown=args.skip_unknown,
-        allow_scripts=args.allow_scripts,
+    session = session_of(
+        args, seed=args.seed, realtime=args.realtime, on_error=args.on_error, allow_scripts=args.allow_scripts
     )
     app = session.app
     updates = _number_of_updates(args, session)

@@ -28,9 +28,8 @@ from .arguments import (
     overrides_of,
 )
 from .interrupts import between_updates
-from .printing import print_table, say, say_json, tell
+from .printing import EXIT_INTERRUPTED, print_table, say, say_json, tell
 from .progress import counting
-from .run import EXIT_INTERRUPTED
 
 if TYPE_CHECKING:
     from graph.trade.outcome import Outcome

@@ -7,7 +7,7 @@ import time
 from typing import Any
 
 from graph.cli import run
-from graph.cli.arguments import asset_roots_of, fidelity_of, limits_of, overrides_of
+from graph.cli.arguments import asset_roots_of, limits_of, session_of
 from graph.cli.main import split_settings
 
 MOST_UPDATES, MOST_S = 60, 20.0
@@ -48,16 +48,7 @@ def rehearse(arguments: list[str], *, play: bool) -> None:
     if args.node_files or args.allow_scripts or args.play:
         return
     with raised(limits_of(args)), mapped(asset_roots_of(args)):
-        session = open_session(
-            args.file,
-            allow=args.allow,
-            skip_outside=args.skip_outside,
-            settings=settings,
-            fidelity=fidelity_of(args),
-            overrides=overrides_of(args),
-            seed=args.seed,
-            skip_unknown=args.skip_unknown,
-        )
+        session = session_of(args, settings=settings, seed=args.seed)
         app = session.app
         _kept.append(session)
         if not play:

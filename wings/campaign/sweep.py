@@ -13,9 +13,8 @@ from graph.base.errors import Problem, RunError, UserError
 from graph.base.work import usable_cores
 from graph.cli.arguments import add_allow, add_nodes, add_overrides, add_play, add_skip_outside, check_folder
 from graph.cli.interrupts import between_updates
-from graph.cli.printing import counted, say, say_json, tell
+from graph.cli.printing import EXIT_INTERRUPTED, counted, say, say_json, tell
 from graph.cli.progress import counting
-from graph.cli.run import EXIT_INTERRUPTED
 
 from .conduct import OK, Executor, Limits, State, conduct, is_due
 from .folder import Folder
