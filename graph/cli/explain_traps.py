@@ -14,7 +14,15 @@ from graph.session.missed_ticks import missed_ticks
 
 from .explain_clocks import Step, plan_updates, updates_of
 from .explain_sensors import planned_ticks
-from .explain_topics import named_frames, placed_frames, planned_topics, shared, shared_topics
+from .explain_topics import (
+    disabled,
+    named_frames,
+    placed_frames,
+    planned_topics,
+    sensors_behind,
+    shared,
+    shared_topics,
+)
 from .frames import unpublished
 from .idle_parts import latent_retriggered, product_not_made
 
@@ -112,8 +120,14 @@ def _unset_inputs(nodes: Iterable[Node]) -> Iterator[Trap]:
 
 def _value_notes(nodes: Iterable[Node]) -> Iterator[Trap]:
     """What nodes warn of when they compute, as far as the file gives the values (`NodeType.notes`)."""
+    from nodes.ros2.profiles import profile_fault
+
     for node in nodes:
-        if node.type.notes is not None and ("enabled" not in node.type.inputs or node.get("enabled")):
+        if "enabled" in node.type.inputs and not node.get("enabled"):
+            continue
+        if "qosProfile" in node.type.inputs and (fault := profile_fault(str(node.get("qosProfile") or ""))):
+            yield "qos-profile-unknown", node.path, f"{fault}; connect a ROS2QoSProfile, or leave it empty"
+        if node.type.notes is not None:
             for name, code, message in node.type.notes(node.db):
                 if not node.connected(name):
                     yield code, node.path, message
@@ -256,8 +270,9 @@ def load_traps(session: Session) -> list[Trap]:
     found = [
         *wiring_traps(session),
         *clock_traps(app, steps),
-        *_planned_traps(app, nodes, steps),
+        *_planned_traps(session, nodes, steps),
         *_frame_traps(session, nodes),
+        *_darkness(app, nodes),
     ]
     return list(dict.fromkeys(found))
 
@@ -270,10 +285,40 @@ def _frame_traps(session: Session, nodes: Sequence[Node]) -> Iterator[Trap]:
             yield from unpublished(topic, [path], frame, placed)
 
 
-def _planned_traps(app: App, nodes: Iterable[Node], steps: Sequence[Step]) -> Iterator[Trap]:
-    """Warnings of the sensors that nodes name when their render products are made, and ticks that they will miss."""
+def _ask(session: Session, sensors: Mapping[str, Any]) -> None:
+    """Asks sensors for what nodes will ask them for; they warn of quantities that stay empty."""
+    from graph.portability.case import Case
+    from graph.portability.sensors import consumers
+
+    app, graphs = session.app, [*session.runner.graphs.values()]
+    for node, prim, channels in consumers(Case(session.spec, graphs, app.stage, app.settings)):
+        if (sensor := sensors.get(str(prim.GetPath()))) is not None and (known := channels & sensor.kind.measures):
+            sensor.require(node.path, known)
+            sensor.channels()
+            sensor.release(node.path)
+
+
+def _darkness(app: App, nodes: Iterable[Node]) -> Iterator[Trap]:
+    """Cameras whose colours are used where no light shines, and lights that are not modelled."""
+    from sensors.camera.darkness import COLOURS, darkness
+
+    cameras = [
+        path
+        for node in nodes
+        if node.type.asks is not None and not disabled(node) and not COLOURS.isdisjoint(node.type.asks(node.db))
+        for path in sensors_behind(node)
+    ]
+    if cameras:
+        yield from darkness(app.stage, cameras)
+
+
+def _planned_traps(session: Session, nodes: Iterable[Node], steps: Sequence[Step]) -> Iterator[Trap]:
+    """Warnings of the sensors that nodes name: when their render products are made, of what nodes ask them for, and of
+    ticks that they will miss.
+    """
     from sensors.products import render_product
 
+    app, sensors = session.app, {}
     named = dict.fromkeys(
         str(path) for node in nodes for name in node.type.inputs_as("sensor") for path in node.get(name) or ()
     )
@@ -283,8 +328,10 @@ def _planned_traps(app: App, nodes: Iterable[Node], steps: Sequence[Step]) -> It
             product = render_product(app, path)
         except UserError:  # of a saved scene: a problem of the file otherwise
             continue
+        sensors[path] = product.sensor
         ticks, missed = planned_ticks(app, product, 0, steps)
         if missed:
             yield missed_ticks(app, path, product.sensor.rate, missed, len(ticks) + missed)
+    _ask(session, sensors)
     for warning in list(app.warnings)[before:]:
         yield warning.code, warning.where, warning.message

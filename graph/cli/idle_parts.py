@@ -58,7 +58,7 @@ def idle_in_run(app: App, runner: GraphRunner) -> Iterator[Trap]:
     for node in product_makers(nodes):
         if path := product_of(node):
             made.setdefault(path, []).append(node.path)
-        elif app.update_index:
+        elif app.update_index and (app.timeline.is_playing() or not node.computes):  # a stop empties outputs
             yield product_not_made(node, app.update_index)
     for product in app.rendering.products.values():
         if product.frames and not (product.sensor.consumers() or product.writers):

@@ -34,8 +34,8 @@ class Kit:
         self.dispatcher = Dispatcher()
         self.singletons: dict[Any, Any] = {}
         """Objects of which a stage has one: World, SimulationContext."""
-        self.viewports: Any = None
-        """The open viewports, once a script asked for them."""
+        self.viewports: list[Any] = []
+        """The viewports that a script has asked for."""
         self.stage_url = ""
         self.stage_closed = False
         """Whether the script closed the stage and has not opened another."""

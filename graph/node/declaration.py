@@ -56,6 +56,7 @@ Check = Callable[["NodeAtLoad"], Iterable[tuple[str, str]]]
 MessageType = Callable[["Database"], str]
 FurtherTopics = Callable[["Database"], Mapping[str, str]]
 Frames = Callable[["Database"], Iterable[str] | None]
+Asks = Callable[["Database"], Iterable[str]]
 Notes = Callable[["Database"], Iterable[tuple[str, str, str]]]
 
 
@@ -140,7 +141,8 @@ class NodeType:
     of its memory counts. notes: called with db: (input, code, message) for values that the node warns of when it
     computes; `graph check` calls it before the run. further_topics: called with db: the inputs that name the topics on
     which it sends besides, with the present inputs, and the type of the messages on each. frames: called with db: the
-    frames that its transforms connect, None where only a run knows.
+    frames that its transforms connect, None where only a run knows. asks: called with db: the annotators that it
+    attaches to its render product, with the present inputs.
 
     phase: an event that comes with a phase of the App: on-demand graphs that contain it are evaluated in that phase; an
     event of the phase `CLOSING` computes only then, in graphs of every stage. dynamic_inputs, dynamic_outputs:
@@ -175,6 +177,7 @@ class NodeType:
     notes: Notes | None = None
     further_topics: FurtherTopics | None = None
     frames: Frames | None = None
+    asks: Asks | None = None
 
     def __post_init__(self) -> None:
         for kind in ("inputs", "outputs", "state", "dynamic_inputs", "dynamic_outputs"):

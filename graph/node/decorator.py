@@ -25,6 +25,7 @@ from typing import Any, TypeVar
 from graph.base.callables import check_callable
 
 from .declaration import (
+    Asks,
     Attribute,
     Check,
     Compute,
@@ -64,6 +65,7 @@ def node_type(
     notes: Notes | None = None,
     further_topics: FurtherTopics | None = None,
     frames: Frames | None = None,
+    asks: Asks | None = None,
     volatile: bool = False,
     dynamic_inputs: Mapping[str, Attribute] | None = None,
     dynamic_outputs: Mapping[str, Attribute] | None = None,
@@ -120,6 +122,7 @@ def node_type(
                 notes,
                 further_topics,
                 frames,
+                asks,
             )
         )
         return compute

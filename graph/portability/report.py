@@ -86,9 +86,10 @@ def script_findings(target: str, path: str | Path) -> list[Finding]:
 
 def without_twins(notes: Iterable[Note], findings: Sequence[Finding]) -> Iterator[Note]:
     """The warnings that no finding repeats with a better place."""
-    found: dict[str, list[str]] = {}
+    found: dict[str, list[Finding]] = {}
     for one in findings:
-        found.setdefault(one.rule.code, []).append(one.subject.partition(".")[0])
+        found.setdefault(one.rule.code, []).append(one)
     for code, where, message in notes:
-        if not any(subject in where or subject in message for subject in found.get(code, ())):
+        place, said = where.partition(".")[0], where + message
+        if not any(one.subject.partition(".")[0] in said or place in one.detail for one in found.get(code, ())):
             yield code, where, message

@@ -169,7 +169,7 @@ def _level_too_low(case: Case) -> Iterator[Found]:
     from sensors.channels import CHANNELS
     from sensors.prim import read_aux_level
 
-    for node, prim, channels in _consumers(case):
+    for node, prim, channels in consumers(case):
         level = read_aux_level(prim)
         above = {name: CHANNELS[name].level for name in channels if name in CHANNELS and CHANNELS[name].level > level}
         if above:
@@ -200,19 +200,19 @@ def _no_ids(case: Case) -> Iterator[Found]:
 def _asked_in_vain(case: Case, channel: str) -> Iterator[Found]:
     from sensors.channels import CHANNELS
 
-    for node, prim, channels in () if case.setting(CHANNELS[channel].setting) else _consumers(case):
+    for node, prim, channels in () if case.setting(CHANNELS[channel].setting) else consumers(case):
         if channel in channels:
             yield node.path, f"it asks {prim.GetPath()} for {channel}"
 
 
 @finds("object-id-map-off")
 def _no_map(case: Case) -> Iterator[Found]:
-    for node, prim, channels in _consumers(case):
+    for node, prim, channels in consumers(case):
         if "objId" in channels and node.type.find("inputs", "enableObjectIdMap") and not node.get("enableObjectIdMap"):
             yield f"{node.path}.inputs:enableObjectIdMap", f"it publishes ids of what {prim.GetPath()} hits"
 
 
-def _consumers(case: Case) -> Iterator[tuple[Node, Usd.Prim, frozenset[str]]]:
+def consumers(case: Case) -> Iterator[tuple[Node, Usd.Prim, frozenset[str]]]:
     """Each node that asks a sensor for quantities beyond the points, the sensor, and the channels."""
     for node in case.links.nodes:
         if node.type.inputs_as("product") and (channels := _channels(case, node)):

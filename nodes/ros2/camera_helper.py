@@ -81,6 +81,7 @@ def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
     memory=CameraPublisher,
     release=detach,
     message_type=lambda db: MESSAGES[db.inputs.type].type_name if db.inputs.type in MESSAGES else "",
+    asks=lambda db: [MESSAGES[db.inputs.type].annotator] if db.inputs.type in MESSAGES else [],
     further_topics=lambda db: {"semanticLabelsTopicName": STRING} if _sends_labels(db.inputs) else {},
 )
 def camera_helper(db: Database) -> bool:
@@ -114,6 +115,11 @@ def camera_product(db: Database, path_input: str = "renderProductPath") -> Rende
     return product_of(db, PRIM_TYPE, "not-a-camera", path_input)
 
 
+def asks_pictures(db: Database) -> tuple[str, ...]:
+    """The annotators of a helper that sends colour pictures."""
+    return ("rgb",)
+
+
 def send_pictures(db: Database, topic: str, type_name: str, make: Callable[[np.ndarray, int], Any]) -> bool:
     """Computes a helper that sends every colour picture of its product on another transport; whether it did.
 
@@ -131,12 +137,12 @@ def send_pictures(db: Database, topic: str, type_name: str, make: Callable[[np.n
         warn_of_inputs(db, stamp_notes(db))
         memory.product, memory.annotator = (
             product,
-            Annotator(find_annotator("rgb"), app=app, owner=db.path, copies=False),
+            Annotator(find_annotator(*asks_pictures(db)), app=app, owner=db.path, copies=False),
         )
         stamp = stamps(app, system_time=inputs.useSystemTime, reset_on_stop=inputs.resetSimulationTimeOnStop)
         every = getattr(inputs, "frameSkipCount", 0) + 1
         message = partial(_picture, memory.annotator, make)
-        publish_with(db, product, FrameWriter(app.bus, topic, type_name, stamp, message, every))
+        publish_with(db, product, FrameWriter(app.bus, topic, type_name, stamp, message, every, "rgb"))
     memory.listen(app.bus)
     db.fire("execOut")
     return True
@@ -162,10 +168,11 @@ def _attach(db: Database, product: RenderProduct) -> None:
     stamp = stamps(app, system_time=inputs.useSystemTime, reset_on_stop=inputs.resetSimulationTimeOnStop)
     every, camera = inputs.frameSkipCount + 1, product.camera_path
     make = partial(_message, kind.begin(), annotator, inputs.frameId, app.meters_per_unit, app.settings)
-    publish_with(db, product, FrameWriter(app.bus, topic_name(db, camera), kind.type_name, stamp, make, every))
+    topic, gate = topic_name(db, camera), kind.annotator
+    publish_with(db, product, FrameWriter(app.bus, topic, kind.type_name, stamp, make, every, gate))
     if _sends_labels(inputs):
         topic = topic_name(db, camera, inputs.semanticLabelsTopicName)
-        publish_with(db, product, FrameWriter(app.bus, topic, STRING, stamp, partial(_labels, annotator), every))
+        publish_with(db, product, FrameWriter(app.bus, topic, STRING, stamp, partial(_labels, annotator), every, gate))
 
 
 def _sends_labels(inputs: Any) -> bool:

@@ -118,7 +118,8 @@ def _add(
         db.warn("lens-without-model", f"{product.camera_path}: {said}")
     make = partial(_message, frame_id, (lens.width, lens.height), distortion, _matrix(db, product), r, p)
     stamp = stamps(db.app, system_time=inputs.useSystemTime, reset_on_stop=inputs.resetSimulationTimeOnStop)
-    publish_with(db, product, FrameWriter(db.app.bus, topic, CAMERA_INFO, stamp, make, inputs.frameSkipCount + 1))
+    every = inputs.frameSkipCount + 1
+    publish_with(db, product, FrameWriter(db.app.bus, topic, CAMERA_INFO, stamp, make, every, "camera_info"))
 
 
 def _matrix(db: Database, product: RenderProduct) -> list[float]:

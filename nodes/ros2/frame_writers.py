@@ -6,9 +6,10 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from graph.base.exact import NANOSECONDS, nanoseconds
-from graph.base.records import dataclass, field
+from graph.base.records import dataclass
 from graph.sim import settings as keys
-from graph.sim.messages.message import Cadence, Ticks
+from graph.sim.messages.bus import topic_name
+from graph.sim.messages.message import Cadence
 
 from .profiles import offered_quality
 
@@ -23,7 +24,8 @@ if TYPE_CHECKING:
 class FrameWriter:
     """Publishes every `every`-th frame, if the topic has a listener.
 
-    stamp: frame -> stamp of its message [ns]; make: frame and stamp -> message.
+    stamp: frame -> stamp of its message [ns]; make: frame and stamp -> message. gate: the annotator whose data a writer
+    of a camera sends, by which a script thins its messages out (`thin`).
     """
 
     bus: Any
@@ -32,18 +34,27 @@ class FrameWriter:
     stamp: Callable[[Frame], int]
     make: Callable[[Frame, int], Any]
     every: int = 1
+    gate: str = ""
     frames: int = 0
     product: RenderProduct | None = None
     """The product whose frames it gets, once it is attached."""
     due_before: int = 0
     """Ticks of the product that were due before it was attached."""
-    ticks: Ticks = field(default_factory=Ticks)
+    cadence: Cadence | None = None
+
+    def thin(self, every: int) -> None:
+        """Publishes every `every`-th frame from now on."""
+        before, self.every = self.cadence, every
+        if before is not None:
+            self.cadence = Cadence(before.sensor, before.rate, every, before.ticks)
+            self.bus.topics[topic_name(self.topic)].refollow(before, self.cadence)
 
     def __call__(self, frame: Frame) -> None:
         """Takes one frame."""
         self.frames += 1
         if self.product is not None:
-            self.ticks.count = self.product.due - self.due_before
+            assert self.cadence is not None
+            self.cadence.ticks.count = self.product.due - self.due_before
         if self.frames % self.every == 0 and self.bus.has_subscribers(self.topic):
             at = self.stamp(frame)
             self.bus.publish(self.topic, self.type_name, self.make(frame, at), at)
@@ -52,8 +63,8 @@ class FrameWriter:
 def add_writer(db: Database, product: RenderProduct, writer: FrameWriter) -> None:
     """Announces a writer's topic with the sensor's schedule, and attaches the writer to the product."""
     writer.product, writer.due_before = product, product.due
-    cadence = Cadence(product.camera_path, product.sensor.rate, writer.every, writer.ticks)
-    db.app.bus.advertise(writer.topic, writer.type_name, db.path, offered_quality(db), cadence)
+    writer.cadence = Cadence(product.camera_path, product.sensor.rate, writer.every)
+    db.app.bus.advertise(writer.topic, writer.type_name, db.path, offered_quality(db), writer.cadence)
     product.writers.append(writer)
 
 

@@ -76,6 +76,15 @@ def offered_quality(db: Database, *, latched: bool = False) -> Quality:
     )
 
 
+def profile_fault(text: str) -> str:
+    """What is wrong with the text of a profile; "" if nothing is."""
+    try:
+        _profile(text)
+    except ValueError as error:
+        return str(error)
+    return ""
+
+
 def _profile(text: str) -> Mapping[str, Any]:
     """The policies in the text of a profile; empty for an empty text. Raises ValueError if it is not a profile."""
     if not text:

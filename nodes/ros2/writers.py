@@ -148,7 +148,7 @@ def _info(db: Database, options: Mapping[str, Any]) -> None:
         return camera_info(at, inputs.frameId, size, (model, coefficients), k, r, p)
 
     db.memory.product = product
-    publish_with(db, product, FrameWriter(db.app.bus, topic, CAMERA_INFO, stamp, make))
+    publish_with(db, product, FrameWriter(db.app.bus, topic, CAMERA_INFO, stamp, make, gate="camera_info"))
     return None
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from graph.base.records import dataclass
 from graph.sim.transforms import apply, rigid_part, transformed
 
+from .darkness import not_modelled
 from .light_images import LightImages, Warn
 from .sky import Sky
 from .slides import Slide
@@ -121,7 +122,7 @@ def read_lighting(
             light = replace(_SHAPES[kind](values, matrix), shadows=values.shadows())
             lights += [light] if kind != "RectLight" else _textured(light, values, matrix, images, warn)
         else:
-            warn("light-not-modelled", path, f"a {kind} gives no light here; use a distant, dome, sphere or area light")
+            warn("light-not-modelled", path, not_modelled(kind))
     return Lighting(tuple(lights), sky, tuple(skies))
 
 

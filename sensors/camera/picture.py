@@ -12,6 +12,7 @@ from sensors.raycast.world import CastWorld
 
 from .config import CameraConfig
 from .cutouts import see_through
+from .darkness import NO_LIGHT
 from .image_files import ImageFiles
 from .light_images import LightImages
 from .lights import Lighting, LightInputs, light_prims, read_lighting
@@ -101,7 +102,7 @@ class Pictures:
         )
         if lighting.dark and not self._darkness_told:
             self._darkness_told = True
-            scene.warn("no-light", self._path, "no light shines: pictures are black; add a DistantLight or a DomeLight")
+            scene.warn("no-light", self._path, NO_LIGHT)
         return lighting
 
 

@@ -6,7 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from graph.node import Attribute, Database, node_type
-from nodes.ros2.camera_helper import HELPER_INPUTS, check_camera, send_pictures
+from nodes.ros2.camera_helper import HELPER_INPUTS, asks_pictures, check_camera, send_pictures
 from nodes.ros2.frame_publisher import CameraPublisher, detach, stamp_notes
 
 from .transport import BYTES, SENT, bytes_message, receiver_inputs, topic_of
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     version=1,
     check=check_camera,
     notes=stamp_notes,
+    asks=asks_pictures,
     inputs={
         **receiver_inputs(tokens=True),
         "renderProductPath": Attribute("token", "path of the camera's render product", role="product"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from graph.node import Attribute, Database, node_type
-from nodes.ros2.camera_helper import HELPER_INPUTS, check_camera, send_pictures
+from nodes.ros2.camera_helper import HELPER_INPUTS, asks_pictures, check_camera, send_pictures
 from nodes.ros2.frame_publisher import CameraPublisher, detach, stamp_notes
 from nodes.ros2.image_messages import IMAGE, image
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     version=1,
     check=check_camera,
     notes=stamp_notes,
+    asks=asks_pictures,
     inputs={
         **endpoint_inputs(13337, 270059627, wide_port=True, timeout=False),
         "renderProductPath": Attribute("token", "path of the camera's render product", role="product"),

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from graph.isaac.outcomes import inert
 from graph.isaac.parameters import renamed
 from graph.isaac.session import app
 from sensors import (
@@ -29,6 +28,14 @@ __all__ = [
     "get_gmo_data",
 ]
 SUPPORTED_LIDAR_VARIANT_SET_NAME = "sensor"
+FLAT_SCAN = "IsaacComputeRTXLidarFlatScan"
+OF_SCAN = {
+    "linear_depth_data": "linearDepthData",
+    "intensities_data": "intensitiesData",
+    "azimuth_range": "azimuthRange",
+    "horizontal_resolution": "horizontalResolution",
+}
+"""Entries of the frame while the flat scan's annotator is attached, and their names in its data."""
 
 
 def get_gmo_data(dataPtr: Any) -> Any:
@@ -103,11 +110,18 @@ class LidarRtx(SingleXFormPrim):
 
     def get_current_frame(self) -> dict[str, Any]:
         if not self._paused:
-            self._frame["rendering_time"] = float(app().external_time)
-            self._frame["rendering_frame"] = self._product.frames
+            now = app().external_time
+            self._frame["rendering_time"] = float(now)
+            self._frame["rendering_frame"] = now.numerator, now.denominator
             for name, one in self._annotators.items():
                 self._frame[name] = one.get_data()
+            for name, key in OF_SCAN.items() if FLAT_SCAN in self._annotators else ():
+                self._frame[name] = self._frame[FLAT_SCAN][key]
         return self._frame
+
+    def _of_scan(self, key: str) -> Any:
+        """A value of the flat scan; None unless its annotator is attached."""
+        return self._annotators[FLAT_SCAN].get_data()[key] if FLAT_SCAN in self._annotators else None
 
     def pause(self) -> None:
         self._paused = True
@@ -143,7 +157,7 @@ class LidarRtx(SingleXFormPrim):
     def make_add_remove_deprecated_attr(deprecated_attr: str) -> list[Any]:
         """The calls `add_..._to_frame` and `remove_..._to_frame` of a former part of the frame."""
         cloud = "point_cloud" in deprecated_attr
-        chosen = "IsaacExtractRTXSensorPointCloudNoAccumulator" if cloud else "IsaacComputeRTXLidarFlatScan"
+        chosen = "IsaacExtractRTXSensorPointCloudNoAccumulator" if cloud else FLAT_SCAN
 
         def add(self: LidarRtx) -> None:
             self.attach_annotator(chosen)
@@ -154,25 +168,20 @@ class LidarRtx(SingleXFormPrim):
         calls = [(add, f"add_{deprecated_attr}_to_frame"), (remove, f"remove_{deprecated_attr}_to_frame")]
         return [renamed(call, name) for call, name in calls]
 
-    @inert("isaacsim.sensors.rtx")
     def get_num_rows(self) -> int | None:
-        return None
+        return self._of_scan("numRows")  # type: ignore[no-any-return]
 
-    @inert("isaacsim.sensors.rtx")
     def get_num_cols(self) -> int | None:
-        return None
+        return self._of_scan("numCols")  # type: ignore[no-any-return]
 
-    @inert("isaacsim.sensors.rtx")
     def get_horizontal_resolution(self) -> float | None:
-        return None
+        return self._of_scan("horizontalResolution")  # type: ignore[no-any-return]
 
-    @inert("isaacsim.sensors.rtx")
     def get_horizontal_fov(self) -> float | None:
-        return None
+        return self._of_scan("horizontalFov")  # type: ignore[no-any-return]
 
-    @inert("isaacsim.sensors.rtx")
     def get_azimuth_range(self) -> tuple[float, float] | None:
-        return None
+        return self._of_scan("azimuthRange")  # type: ignore[no-any-return]
 
 
 _PARTS = ("point_cloud_data", "linear_depth_data", "intensities_data", "range_data", "azimuth_data", "elevation_data")

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from enum import Enum
+from functools import partial
 from typing import Any
 
 from graph.isaac.outcomes import inert
 from graph.isaac.session import app, kit
+from graph.isaac.watched import watch
+from graph.session.runner import graphs_of
+from nodes.ros2.frame_writers import FrameWriter
 
 __all__ = ["SensorType", "SyntheticData", "_syntheticdata"]
 _RENDERVARS = {
@@ -26,11 +30,46 @@ _RENDERVARS = {
     "CrossCorrespondence": "CrossCorrespondenceSD",
 }
 SensorType: Any = Enum("SensorType", [(name, name) for name in _RENDERVARS])  # type: ignore[misc]
+ANNOTATORS = {
+    "LdrColor": "rgb",
+    "DistanceToImagePlaneSD": "distance_to_image_plane",
+    "DistanceToCameraSD": "distance_to_camera",
+    "InstanceSegmentationSD": "instance_segmentation",
+    "InstanceSegmentation": "instance_segmentation",
+    "SemanticSegmentationSD": "semantic_segmentation",
+    "SemanticSegmentation": "semantic_segmentation",
+    "BoundingBox2DTightSD": "bounding_box_2d_tight",
+    "BoundingBox2DTight": "bounding_box_2d_tight",
+    "BoundingBox2DLooseSD": "bounding_box_2d_loose",
+    "BoundingBox2DLoose": "bounding_box_2d_loose",
+    "BoundingBox3DSD": "bounding_box_3d",
+    "BoundingBox3D": "bounding_box_3d",
+    "PostProcessDispatch": "camera_info",
+}
+"""Render variable of a gate -> what the writers behind it send."""
+NEVER = 1 << 62
+"""The step 0 never fires."""
 PIPELINE = "/Render/PostProcess/SDGPipeline"
 
 
 class _syntheticdata:  # noqa: N801
     SensorType = SensorType
+
+
+def _thin(path: str, product_path: str, variable: str) -> None:
+    """A gate has another step: the writers behind it publish every so many frames."""
+    from graph.isaac.omnigraph.controller import get_node_by_path
+
+    product, gate = app().rendering.products.get(product_path), get_node_by_path(path)
+    if product is None or gate is None:
+        return
+    is_camera = app().stage.GetPrimAtPath(product.camera_path).GetTypeName() == "Camera"
+    wanted = ANNOTATORS.get(variable, variable)
+    behind = [one for one in product.writers if isinstance(one, FrameWriter) and (not is_camera or one.gate == wanted)]
+    for writer in behind:
+        writer.thin(int(gate.ours.get("inputs:step")) or NEVER)
+    if not behind:
+        app().warn("gate-without-writer", path, "nothing publishes behind it yet: set its step once a helper does")
 
 
 class SyntheticData:
@@ -67,6 +106,8 @@ class SyntheticData:
                     {"graph_path": PIPELINE, "evaluator_name": "push", "pipeline_stage": "on_demand"}
                 )
             controller.create_node(path, "isaacsim.core.nodes.IsaacSimulationGate")
+            variable = template_name.partition("IsaacSimulationGate")[0]
+            watch(graphs_of(app()), f"{path}.inputs:step", partial(_thin, path, str(render_product_path), variable))
         return path
 
     @inert("omni.syntheticdata")
@@ -92,7 +133,8 @@ class SyntheticData:
         node = get_node_by_path(self._get_node_path(template_name, render_product_path))
         if node is not None:
             for name, value in attributes.items():
-                node.ours.set(name, value)
+                if (attribute := node.get_attribute(name)) is not None:
+                    attribute.set(value)
 
 
 class sensors:  # noqa: N801

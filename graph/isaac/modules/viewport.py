@@ -11,6 +11,8 @@ from graph.isaac.outcomes import tell_inert
 from graph.isaac.session import app, kit
 from graph.isaac.viewports import PERSPECTIVE
 from graph.sim.usd import Gf, Sdf, Usd, UsdGeom
+from nodes.isaac.viewports import DEFAULT, SIZE, open_viewport, viewports_of
+from sensors.products import place_product
 
 from .transforms import look_at_quaternion, rotation_order
 from .xforms import put
@@ -41,11 +43,12 @@ __all__ = [
 
 
 class ViewportAPI:
-    """A viewport: a camera and a size; its render product is made when a script asks for it."""
+    """A viewport, the one that nodes have by that name too; its render product is made when a script asks for it."""
 
-    def __init__(self, title: str = "Viewport", camera: str = PERSPECTIVE, resolution: Any = (1280, 720)) -> None:
+    def __init__(self, title: str = DEFAULT, camera: str = "", resolution: Any = None) -> None:
         self.title = self.name = title
-        self._camera, self._size = camera, tuple(resolution)
+        self._held = open_viewport(app(), title)
+        self._show(camera or self._held.camera, tuple(resolution or self._held.size))
         self.updates_enabled = self.visible = True
         self.id = title
         self.frame_info: dict[str, Any] = {}
@@ -58,40 +61,49 @@ class ViewportAPI:
     def stage(self) -> Any:
         return app().stage
 
+    def _show(self, camera: str, size: Any) -> None:
+        """Gives the viewport a camera and a size, and its render product, if there is one, too."""
+        held, product = self._held, app().rendering.products.get(self._held.path)
+        held.camera, held.size = camera, tuple(size)
+        if product is not None and camera and (product.camera_path, product.resolution) != (camera, held.size):
+            place_product(app().world, held.path, camera, held.size)
+
     @property
     def camera_path(self) -> Any:
-        return Sdf.Path(self._camera)
+        return Sdf.Path(self._held.camera or PERSPECTIVE)
 
     @camera_path.setter
     def camera_path(self, path: Any) -> None:
-        self._camera = str(path)
+        self._show(str(path), self._held.size)
 
     def get_active_camera(self) -> Any:
         return self.camera_path
 
     def set_active_camera(self, path: Any) -> None:
-        self._camera = str(path)
+        self.camera_path = path
 
     @property
     def resolution(self) -> tuple[int, int]:
-        return self._size
+        return self._held.size
 
     @resolution.setter
     def resolution(self, size: Any) -> None:
-        self._size = tuple(size)
+        self._show(self._held.camera, size)
 
     def set_texture_resolution(self, resolution: Any) -> None:
-        self._size = tuple(resolution)
+        self.resolution = resolution
 
     def get_texture_resolution(self) -> tuple[int, int]:
-        return self._size
+        return self._held.size
 
     @property
     def render_product_path(self) -> str:
-        from sensors.products import render_product
-
-        camera = self._camera if app().stage.GetPrimAtPath(self._camera) else PERSPECTIVE  # of a stage that is closed
-        return render_product(app(), camera, self._size).path
+        held, camera = self._held, str(self.camera_path)
+        product = app().rendering.products.get(held.path)
+        if product is None or not product.camera_path:
+            camera = camera if app().stage.GetPrimAtPath(camera) else PERSPECTIVE  # of a stage that is closed
+            place_product(app().world, held.path, camera, held.size)
+        return held.path
 
     def get_render_product_path(self) -> str:
         return self.render_product_path
@@ -108,23 +120,22 @@ class ViewportAPI:
     def destroy(self) -> None:
         held = viewports()
         held[:] = [one for one in held if one is not self]
+        viewports_of(app()).pop(self.title, None)
 
 
 def viewports() -> list[ViewportAPI]:
-    """The open ones; there is one from the start."""
-    beside = kit()
-    if beside.viewports is None:
-        beside.viewports = [ViewportAPI()]
-    found: list[ViewportAPI] = beside.viewports
+    """The open ones, those that nodes have made too; there is one from the start."""
+    found, titles = kit().viewports, [one.title for one in kit().viewports]
+    found += [ViewportAPI(name) for name in list(viewports_of(app())) if name not in titles]
     return found
 
 
-def opened(title: Any = None, camera: Any = PERSPECTIVE, resolution: Any = (1280, 720)) -> ViewportAPI:
+def opened(title: Any = None, camera: Any = None, resolution: Any = SIZE) -> ViewportAPI:
     """A further viewport; without a title it has a number."""
     taken, number = {one.title for one in viewports()}, 2
     while f"Viewport {number}" in taken:
         number += 1
-    made = ViewportAPI(str(title or f"Viewport {number}"), str(camera or PERSPECTIVE), resolution)
+    made = ViewportAPI(str(title or f"Viewport {number}"), str(camera or ""), resolution)
     viewports().append(made)
     return made
 
@@ -274,4 +285,5 @@ def get_window_from_id(id: Any, *_: Any) -> Any:
 
 
 def destroy_all_viewports(usd_context_name: Any = None, destroy_main_viewport: bool = True) -> None:
-    viewports()[:] = [] if destroy_main_viewport else viewports()[:1]
+    for one in viewports()[0 if destroy_main_viewport else 1 :]:
+        one.destroy()

@@ -97,6 +97,11 @@ class Topic:
         self.due_before, self.sequence = self.due, 0
         self.cadences.clear()
 
+    def refollow(self, before: Cadence, now: Cadence) -> None:
+        """Replaces the schedule of a publisher."""
+        self.cadences = [now if one is before else one for one in self.cadences]
+        self.cadence = now if len(set(self.cadences)) == 1 else None
+
     def follow(self, cadence: Cadence) -> None:
         """Notes that a publisher of the topic follows this schedule."""
         self.cadences.append(cadence)

@@ -191,3 +191,59 @@ def test_deprecated_inputs_are_named_before_the_run_as_the_run_names_them(parity
     codes = {"deprecated-attribute", "frame-skip-deprecated", "system-time-never-resets"}
     codes |= {"full-scan-deprecated"} if parity == "documented" else set()
     assert {line.split(": ")[0].removeprefix("warning ") for line in told[0]} == codes
+
+
+def test_a_profile_that_is_none_is_reported(warnings):
+    assert set(warnings(inputs=", qosProfile: best effort")) == {("qos-profile-unknown", "/World/Graph/cloud")}
+
+
+def test_quantities_above_the_auxiliary_level_of_a_sensor_are_reported(warnings):
+    nodes = "meta: {type: ROS2RtxLidarPointCloudConfig, inputs: {outputHitNormal: true}}"
+    wires = "- meta.selectedMetadata -> cloud.selectedMetadata"
+    told = warnings(nodes=nodes, wires=wires)
+    assert set(told) == {("aux-level-too-low", "/World/Lidar.hitNormals")}
+    assert "needs aux_output_level FULL, the prim has NONE" in told["aux-level-too-low", "/World/Lidar.hitNormals"]
+
+
+CAMERA = """\
+tickgraph: 1
+scene:
+  prims:
+    /World/Camera: {{type: Camera}}
+{lights}
+graphs:
+  /World/Graph:
+    nodes:
+      tick: OnPlaybackTick
+      product: {{type: IsaacCreateRenderProduct, inputs: {{cameraPrim: /World/Camera}}}}
+      picture: {{type: ROS2CameraHelper, inputs: {{type: {kind}, topicName: picture}}}}
+    connections:
+      - tick.tick -> product.execIn
+      - product.execOut -> picture.execIn
+      - product.renderProductPath -> picture.renderProductPath
+"""
+DARK = {("no-light", "/World/Camera")}
+STRANGE = {("light-not-modelled", "/World/Light")}
+
+
+@pytest.mark.parametrize(
+    ("kind", "lights", "codes"),
+    [
+        ("rgb", "", DARK),
+        ("depth", "", set()),  # needs no light
+        ("rgb", "/World/Light: {type: DistantLight}", set()),
+        ("rgb", "/World/Light: {type: DistantLight, attributes: {visibility: invisible}}", DARK),
+        ("rgb", "/World/Light: {type: DomeLight, attributes: {'inputs:intensity': 0.0}}", DARK),
+        ("rgb", "/World/Light: {type: GeometryLight}", DARK | STRANGE),
+        ("depth", "/World/Light: {type: GeometryLight}", set()),
+    ],
+)
+def test_pictures_without_light_are_told_by_check_as_by_a_run(kind, lights, codes, folder, graph):
+    (folder / "a.yaml").write_text(CAMERA.format(kind=kind, lights=f"    {lights}"))
+    checked = json.loads(graph("check", "a.yaml", "--json").out)["files"][0]["warnings"]
+    assert {(one["code"], one["where"]) for one in checked} == codes
+    ran = json.loads(graph("run", "a.yaml", "--updates", "3", "--json").out)["warnings"]
+    lit = {"no-light", "light-not-modelled"}
+    assert {(one["code"], one["where"], one["message"]) for one in ran if one["code"] in lit} == {
+        (one["code"], one["where"], one["message"]) for one in checked
+    }
