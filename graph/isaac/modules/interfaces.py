@@ -62,20 +62,24 @@ class _Subscription:
         self._end()
 
 
+def _each_step(fn: Any, before: bool, order: int) -> _Subscription:
+    """Calls a function with the length of each physics step [s], before or after it."""
+    present = app()
+
+    def step() -> None:
+        fn(float(1 / present.simulation.steps_per_second))
+
+    return _Subscription(present.on("physics_pre_step" if before else "physics_post_step", step, order))
+
+
 class _Physics:
     def subscribe_physics_on_step_events(
         self, on_update: Any = None, pre_step: bool = False, order: int = 0, **_: Any
     ) -> _Subscription:
-        present = app()
-
-        def step() -> None:
-            on_update(float(1 / present.simulation.steps_per_second), None)
-
-        return _Subscription(present.on("physics_pre_step" if pre_step else "physics_post_step", step, order))
+        return _each_step(lambda seconds: on_update(seconds, None), pre_step, order)
 
     def subscribe_physics_step_events(self, fn: Any) -> _Subscription:
-        present = app()
-        return _Subscription(present.on("physics_pre_step", lambda: fn(float(1 / present.simulation.steps_per_second))))
+        return _each_step(fn, True, 0)
 
     def simulate(self, dt: float = 0.0, time: float = 0.0) -> None:
         app().simulation.step(steps=1)
@@ -97,6 +101,11 @@ class _Physics:
 
     @inert("omni.physx")
     def reset_simulation(self, *_: Any, **__: Any) -> None: ...
+
+
+class _Physx(_Physics):
+    def subscribe_physics_on_step_events(self, fn: Any, pre_step: bool = False, order: int = 0) -> _Subscription:  # type: ignore[override]
+        return _each_step(fn, pre_step, order)
 
 
 class _Query:
@@ -124,7 +133,11 @@ def get_physics_simulation_interface() -> _Physics:
     return _Physics()
 
 
-get_physx_interface = get_physx_simulation_interface = get_physics_simulation_interface
+def get_physx_interface() -> _Physx:
+    return _Physx()
+
+
+get_physx_simulation_interface = get_physx_interface
 
 
 class _Statistics:

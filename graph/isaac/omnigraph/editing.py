@@ -25,18 +25,29 @@ _PREFIXES = {AttributePortType.INPUT: "inputs", AttributePortType.OUTPUT: "outpu
 
 
 def plain(value: Any) -> Any:
-    """A value as edits take it: handles, prims and paths of any kind as text."""
+    """A value as edits take it: handles, prims and paths of any kind as text, USD's vectors and arrays as lists."""
     if isinstance(value, Handle):
         return value.path
     if hasattr(value, "GetPath") and not isinstance(value, type):
         return str(value.GetPath())
     if type(value).__name__ == "Path" and not hasattr(value, "joinpath"):
         return str(value)
+    if type(value).__module__ in ("pxr.Gf", "pxr.Vt"):
+        return _numbers(value)
     if isinstance(value, TypedValue):
         return TypedValue(plain(value.value), str(getattr(value.type, "name", value.type)))
     if isinstance(value, (list, tuple)) and value and not isinstance(value[0], (int, float, bool)):
         return type(value)(plain(one) for one in value) if type(value) in (list, tuple) else value
     return value
+
+
+def _numbers(value: Any) -> Any:
+    """USD's vectors, matrices and arrays as lists, its quaternions as x, y, z, w."""
+    if hasattr(value, "imaginary"):
+        return [*value.imaginary, value.real]
+    if hasattr(value, "GetRow"):
+        return [list(value.GetRow(i)) for i in range(value.dimension[0])]
+    return [_numbers(one) for one in value] if hasattr(value, "__len__") and not isinstance(value, str) else value
 
 
 def set_value(graphs: GraphSet, ours: AttributeOf, value: Any) -> bool:

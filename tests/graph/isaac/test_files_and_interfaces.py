@@ -212,3 +212,27 @@ app.close()
     assert code == 0, err
     assert out.splitlines() == ["20 ['FULL']"]
     assert "unknown-attribute" not in err
+
+
+def test_step_subscriptions_of_physx_get_the_time_alone_and_those_of_physics_a_context_too(run_script):
+    code, out, err = run_script("""
+from isaacsim import SimulationApp
+app = SimulationApp({"headless": True})
+import omni.physics.core, omni.physx, omni.timeline
+told = []
+kept = [
+    omni.physx.get_physx_interface().subscribe_physics_on_step_events(lambda dt: told.append("before"), True, 0),
+    omni.physx.get_physx_interface().subscribe_physics_on_step_events(fn=told.append, pre_step=False, order=1),
+    omni.physics.core.get_physics_simulation_interface().subscribe_physics_on_step_events(
+        on_update=lambda dt, context: told.append("core"), pre_step=False, order=2
+    ),
+]
+omni.timeline.get_timeline_interface().play()
+app.update()
+kept.clear()
+app.update()
+print([one if isinstance(one, str) else round(one * 60, 6) for one in told])
+app.close()
+""")
+    assert code == 0, err
+    assert out.splitlines() == ["['before', 1.0, 'core']"]

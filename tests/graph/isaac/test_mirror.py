@@ -238,3 +238,30 @@ attribute.register_value_changed_callback(None)
 attribute.set("e")
 """)
     assert lines == [f"inputs:topicName {value} True" for value in "bcd"]
+
+
+def test_values_of_usd_types_are_taken_as_lists_and_quaternions_with_the_real_part_last(printed):
+    lines, _ = printed("""
+import numpy as np
+from pxr import Gf, Vt
+graph, nodes, _, _ = og.Controller.edit("/World/V", {
+    keys.CREATE_NODES: [("point", "omni.graph.nodes.ConstantPoint3d"), ("turn", "omni.graph.nodes.ConstantQuatd"),
+                        ("many", "omni.graph.action.OnPlaybackTick")],
+    keys.CREATE_ATTRIBUTES: [("many.inputs:floats", "float[]"), ("many.inputs:points", "pointf[3][]"),
+                             ("many.inputs:matrix", "matrixd[4]")],
+    keys.SET_VALUES: [("point.inputs:value", Gf.Vec3d(1, 2, 3)), ("turn.inputs:value", Gf.Quatd(1, 0, 0, 0.5)),
+                      ("many.inputs:floats", Vt.FloatArray([1, 2])), ("many.inputs:matrix", Gf.Matrix4d(2.0))],
+})
+og.Controller.set("/World/V/many.inputs:points", Vt.Vec3fArray([(0, 1, 2), (3, 4, 5)]))
+for path in ("point.inputs:value", "turn.inputs:value", "many.inputs:floats", "many.inputs:points"):
+    print(np.ravel(og.Controller.get(f"/World/V/{path}")).tolist())
+matrix = og.Controller.get("/World/V/many.inputs:matrix")
+print(stage.GetAttributeAtPath("/World/V/turn.inputs:value").Get(), matrix[1][1])
+""")
+    assert lines == [
+        "[1.0, 2.0, 3.0]",
+        "[0.0, 0.0, 0.5, 1.0]",
+        "[1.0, 2.0]",
+        "[0.0, 1.0, 2.0, 3.0, 4.0, 5.0]",
+        "(1, 0, 0, 0.5) 2.0",
+    ]
