@@ -16,44 +16,52 @@ except ModuleNotFoundError as _error:
 
 
 if TYPE_CHECKING:
-    from .annotators.specs import register_annotator_spec, unregister_annotator_spec
-    from .annotators.types import AnnotatorType
-    from .authoring import bind_material, exclude
-    from .callbacks import on_frame
-    from .camera.authoring import RtxCamera
-    from .camera.camera_view import CameraView
-    from .camera.depth_camera import SingleViewDepthCameraSensor
-    from .camera.sensor import CameraSensor
-    from .camera.structured_light import StructuredLightCamera, write_directions
-    from .camera.tiled_sensor import TiledCameraSensor
-    from .channels import Channel
-    from .gmo import (
-        AuxType,
-        CoordsType,
-        ElementFlags,
-        FrameOfReference,
-        GenericModelOutput,
-        LidarAuxHas,
-        Modality,
-        MotionCompensationState,
-        OutputType,
-        getMagicNumberGMO,
-        parse_generic_model_output_data,
-    )
-    from .lidar.authoring import Lidar
-    from .lidar.config import LidarConfig
-    from .lidar.sensor import LidarSensor
-    from .products import render_product
-    from .radar.authoring import Radar
-    from .radar.config import RadarConfig
-    from .radar.configs import SUPPORTED_RADAR_CONFIGS
-    from .radar.sensor import RadarSensor
-    from .replicator import create_render_product, get_annotator
-    from .runtime import Measurement, SensorRuntime
-    from .sensor_types import SensorType, register_sensor_type, unregister_sensor_type
-    from .surfaces.ids import parse_object_ids, parse_stable_id_map_data
-    from .wrappers import Corrupted, Delayed
-    from .writers import register_writer_spec, unregister_writer_spec
+    from .annotators.registry import register_annotator_spec as register_annotator_spec
+    from .annotators.registry import unregister_annotator_spec as unregister_annotator_spec
+    from .annotators.types import AnnotatorType as AnnotatorType
+    from .authoring import bind_material as bind_material
+    from .authoring import exclude as exclude
+    from .callbacks import on_frame as on_frame
+    from .camera.authoring import RtxCamera as RtxCamera
+    from .camera.camera_view import CameraView as CameraView
+    from .camera.depth_camera import SingleViewDepthCameraSensor as SingleViewDepthCameraSensor
+    from .camera.sensor import CameraSensor as CameraSensor
+    from .camera.structured_light import StructuredLightCamera as StructuredLightCamera
+    from .camera.structured_light import write_directions as write_directions
+    from .camera.tiled_sensor import TiledCameraSensor as TiledCameraSensor
+    from .channels import Channel as Channel
+    from .gmo import AuxType as AuxType
+    from .gmo import CoordsType as CoordsType
+    from .gmo import ElementFlags as ElementFlags
+    from .gmo import FrameOfReference as FrameOfReference
+    from .gmo import GenericModelOutput as GenericModelOutput
+    from .gmo import LidarAuxHas as LidarAuxHas
+    from .gmo import Modality as Modality
+    from .gmo import MotionCompensationState as MotionCompensationState
+    from .gmo import OutputType as OutputType
+    from .gmo import getMagicNumberGMO as getMagicNumberGMO
+    from .gmo import parse_generic_model_output_data as parse_generic_model_output_data
+    from .lidar.authoring import Lidar as Lidar
+    from .lidar.authoring import LidarSensor as LidarSensor
+    from .lidar.config import LidarConfig as LidarConfig
+    from .products import render_product as render_product
+    from .radar.authoring import Radar as Radar
+    from .radar.authoring import RadarSensor as RadarSensor
+    from .radar.config import RadarConfig as RadarConfig
+    from .radar.configs import SUPPORTED_RADAR_CONFIGS as SUPPORTED_RADAR_CONFIGS
+    from .replicator import create_render_product as create_render_product
+    from .replicator import get_annotator as get_annotator
+    from .runtime import Measurement as Measurement
+    from .runtime import SensorRuntime as SensorRuntime
+    from .sensor_types import SensorType as SensorType
+    from .sensor_types import register_sensor_type as register_sensor_type
+    from .sensor_types import unregister_sensor_type as unregister_sensor_type
+    from .surfaces.ids import parse_object_ids as parse_object_ids
+    from .surfaces.ids import parse_stable_id_map_data as parse_stable_id_map_data
+    from .wrappers import Corrupted as Corrupted
+    from .wrappers import Delayed as Delayed
+    from .writers import register_writer_spec as register_writer_spec
+    from .writers import unregister_writer_spec as unregister_writer_spec
 
     SUPPORTED_CAMERA_CONFIGS: dict[str, dict[str, Any]]
     SUPPORTED_LIDAR_CONFIGS: dict[str, list[Any]]
@@ -73,14 +81,14 @@ _HOMES = {
     "Lidar": "lidar.authoring",
     "LidarAuxHas": "gmo",
     "LidarConfig": "lidar.config",
-    "LidarSensor": "lidar.sensor",
+    "LidarSensor": "lidar.authoring",
     "Measurement": "runtime",
     "Modality": "gmo",
     "MotionCompensationState": "gmo",
     "OutputType": "gmo",
     "Radar": "radar.authoring",
     "RadarConfig": "radar.config",
-    "RadarSensor": "radar.sensor",
+    "RadarSensor": "radar.authoring",
     "RtxCamera": "camera.authoring",
     "SUPPORTED_CAMERA_CONFIGS": "configs",
     "SUPPORTED_LIDAR_CONFIGS": "configs",
@@ -99,68 +107,19 @@ _HOMES = {
     "parse_generic_model_output_data": "gmo",
     "parse_object_ids": "surfaces.ids",
     "parse_stable_id_map_data": "surfaces.ids",
-    "register_annotator_spec": "annotators.specs",
+    "register_annotator_spec": "annotators.registry",
     "register_sensor_type": "sensor_types",
     "register_writer_spec": "writers",
     "render_product": "products",
     "replicator": "replicator",
-    "unregister_annotator_spec": "annotators.specs",
+    "unregister_annotator_spec": "annotators.registry",
     "unregister_sensor_type": "sensor_types",
     "unregister_writer_spec": "writers",
     "write_directions": "camera.structured_light",
     "writers": "writers",
 }
 
-__all__ = [
-    "SUPPORTED_CAMERA_CONFIGS",
-    "SUPPORTED_LIDAR_CONFIGS",
-    "SUPPORTED_RADAR_CONFIGS",
-    "AnnotatorType",
-    "AuxType",
-    "CameraSensor",
-    "CameraView",
-    "Channel",
-    "CoordsType",
-    "Corrupted",
-    "Delayed",
-    "ElementFlags",
-    "FrameOfReference",
-    "GenericModelOutput",
-    "Lidar",
-    "LidarAuxHas",
-    "LidarConfig",
-    "LidarSensor",
-    "Measurement",
-    "Modality",
-    "MotionCompensationState",
-    "OutputType",
-    "Radar",
-    "RadarConfig",
-    "RadarSensor",
-    "RtxCamera",
-    "SensorRuntime",
-    "SensorType",
-    "SingleViewDepthCameraSensor",
-    "StructuredLightCamera",
-    "TiledCameraSensor",
-    "bind_material",
-    "create_render_product",
-    "exclude",
-    "getMagicNumberGMO",
-    "get_annotator",
-    "on_frame",
-    "parse_generic_model_output_data",
-    "parse_object_ids",
-    "parse_stable_id_map_data",
-    "register_annotator_spec",
-    "register_sensor_type",
-    "register_writer_spec",
-    "render_product",
-    "unregister_annotator_spec",
-    "unregister_sensor_type",
-    "unregister_writer_spec",
-    "write_directions",
-]
+__all__ = [name for name in _HOMES if name not in ("replicator", "writers")]  # modules, by their own names
 
 
 def _of_wing(name: str) -> Any:

@@ -115,8 +115,7 @@ class RaySensor:
 
     def _cast(self, scene: WorldView, origins: Floats, directions: Floats) -> tuple[Floats, Floats, list[str]]:
         """Depths (n,) [stage units], normals (n, 3) and paths of the hit prims."""
-        from .raycast.ranged import cast_ranged
-        from .raycast.rays import NO_SURFACE
+        from .raycast.rays import NO_SURFACE, cast_ranged
         from .raycast.shared import cast_world
 
         count, unit = len(origins), float(scene.meters_per_unit)

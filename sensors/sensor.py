@@ -9,8 +9,7 @@ from graph.base.suggesting import Suggesting
 from graph.sim.renderer.wrapper import unwrapped
 
 from .annotators.annotator import Annotator, split_data
-from .annotators.registry import find_annotator
-from .annotators.specs import ANNOTATORS
+from .annotators.registry import ANNOTATORS, find_annotator
 from .errors import SensorValueError
 from .products import product_name, shared_product
 from .writers import WRITERS, AttachedWriter, Writer, WriterSpec, find_writer, writer_specs

@@ -8,18 +8,171 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from graph.sim.transforms import inverse_rigid
 from sensors.annotators.types import AnnotatorType, Reading
 from sensors.channels import CHANNELS
 
-from .box_annotators import BOX_ANNOTATORS
-from .camera_params import camera_params
-from .channels import CROSS, FIRST, HDR, INSTANCE, LABELLED, RGB, SEMANTIC
+from .channels import (
+    AROUND,
+    BOX,
+    CROSS,
+    FIRST,
+    FLAT_BOX,
+    HDR,
+    INSTANCE,
+    LABELLED,
+    LOOSE,
+    RGB,
+    SEMANTIC,
+    SOLID_BOX,
+    TIGHT,
+)
+from .config import CameraConfig
 from .label_filter import OPTIONS, check_filter, kept_labels
+from .lens import FisheyeLens, FthetaLens, ParallelLens, PrismFisheyeLens
 from .names import MODALITY
 from .stereo_depth import STEREO_ANNOTATORS
 
 if TYPE_CHECKING:
     from .entities import Entities
+
+
+HIDDEN = np.dtype([("instanceId", "<u4"), ("semanticId", "<u4"), ("occlusionRatio", "<f4")])
+
+
+def _classes(reading: Reading) -> tuple[dict[int, int], dict[int, dict[str, str]]]:
+    """Number of a labelled prim -> number of its labels, from 0; number of labels -> what they are.
+
+    Only labels that the options let through, and prims with any of them.
+    """
+    from .entities import entities_of  # which needs USD
+
+    labels = entities_of(reading.world, LABELLED).labels
+    kept = {number: kept_labels(found, reading.options) for number, found in labels.items()}
+    texts = {number: tuple(sorted(found.items())) for number, found in kept.items() if found}
+    place = {text: number for number, text in enumerate(sorted(set(texts.values())))}
+    classes = {number: place[text] for number, text in texts.items()}
+    return classes, {number: dict(text) for text, number in place.items()}
+
+
+def _boxes(kind: str) -> Callable[[Reading], dict[str, Any]]:
+    fields = SOLID_BOX if kind in (BOX, AROUND) else FLAT_BOX
+
+    def read(reading: Reading) -> dict[str, Any]:
+        given = np.dtype([("semanticId", "<u4"), *fields])
+        if reading.frame is None:
+            empty = {"idToLabels": {}, "bboxIds": np.empty(0, np.uint32), "primPaths": []}
+            return {"data": np.empty(0, given), "info": empty}
+        from .entities import entities_of
+
+        classes, labels = _classes(reading)
+        boxes = reading.frame.channel(kind)
+        boxes = boxes[np.isin(boxes["instance"], list(classes))]
+        numbers = boxes["instance"].tolist()
+        data = np.empty(len(boxes), given)
+        data["semanticId"] = [classes[number] for number in numbers]
+        for name, *_ in fields:
+            data[name] = boxes[name]
+        paths = entities_of(reading.world, LABELLED).paths
+        info = {
+            "idToLabels": {number: labels[number] for number in sorted(set(data["semanticId"].tolist()))},
+            "bboxIds": boxes["instance"] - np.uint32(FIRST),
+            "primPaths": [paths[number] for number in numbers],
+        }
+        return {"data": data, "info": info}
+
+    return read
+
+
+def _occlusion(reading: Reading) -> np.ndarray:
+    found = _boxes(LOOSE)(reading)
+    data = np.empty(len(found["data"]), HIDDEN)
+    data["instanceId"], data["semanticId"] = found["info"]["bboxIds"] + np.uint32(FIRST), found["data"]["semanticId"]
+    data["occlusionRatio"] = found["data"]["occlusionRatio"]
+    return data
+
+
+def _annotator(kind: str, name: str) -> AnnotatorType:
+    return AnnotatorType(
+        name, _boxes(kind), lambda reading: (kind,), options=OPTIONS, modality=MODALITY, check=check_filter
+    )
+
+
+BOX_ANNOTATORS = (
+    *(_annotator(kind, f"{kind}{fast}") for kind in (TIGHT, LOOSE, BOX) for fast in ("", "_fast")),
+    _annotator(AROUND, AROUND),
+    AnnotatorType(
+        "occlusion", _occlusion, lambda reading: (LOOSE,), options=OPTIONS, modality=MODALITY, check=check_filter
+    ),
+)
+
+
+def camera_params(reading: Reading) -> dict[str, Any]:
+    """The parameters of the newest frame; nothing before the first.
+
+    cameraViewTransform: world to camera, 16 numbers of a matrix for row vectors [stage units]. cameraProjection: to
+    clip space, for row vectors, depth reversed and without a far end: m00 = 2 f / aperture, m11 = m00 W / H,
+    m23 = -1, m32 = near. Focal length, aperture and offsets are in tenths of a stage unit, as on the prim.
+    """
+    frame = reading.frame
+    if frame is None:
+        return {}
+    config: CameraConfig = frame.config
+    pose = frame.end.world_sensor.copy()
+    pose[:3, 3] /= reading.scene.meters_per_unit
+    return {
+        "cameraAperture": np.array(config.film, np.float32),
+        "cameraApertureOffset": np.array(config.offsets, np.float32),
+        "cameraFocalLength": config.focal_length,
+        "cameraFocusDistance": config.focus_distance,
+        "cameraFStop": config.f_stop,
+        "cameraModel": _model(config),
+        "cameraNearFar": np.array(config.clipping, np.float32),
+        "cameraProjection": projection(config).reshape(-1),
+        "cameraViewTransform": inverse_rigid(pose).T.reshape(-1),
+        "metersPerSceneUnit": reading.scene.meters_per_unit,
+        "renderProductResolution": np.array(config.size, np.int32),
+        **_fisheye(config),
+    }
+
+
+def projection(config: CameraConfig) -> np.ndarray:
+    """(4, 4) float64, camera to clip space, row vectors; of a lens that distorts, that of its straight pinhole."""
+    out = np.zeros((4, 4))
+    for side, (film, offset) in enumerate(zip(config.film, config.offsets, strict=True)):
+        out[side, side], out[2, side] = 2 * config.focal_length / film, 2 * offset / film
+    out[2, 3], out[3, 2] = -1.0, config.clipping[0]
+    return out
+
+
+def _model(config: CameraConfig) -> str:
+    lens = config.lens
+    if isinstance(lens, ParallelLens):
+        return "orthographic"
+    if isinstance(lens, FthetaLens):
+        return "ftheta"
+    return "pinhole" if lens.is_pinhole else "fisheye" if isinstance(lens, FisheyeLens) else "opencvPinhole"
+
+
+def _fisheye(config: CameraConfig) -> dict[str, Any]:
+    """The numbers of an f-theta lens, and the tangential and prism terms of a fisheye; 0 for every other."""
+    lens = config.lens
+    ftheta = lens if isinstance(lens, FthetaLens) else None
+    prism = lens if isinstance(lens, PrismFisheyeLens) else None
+    polynomial = np.zeros(6, np.float32)
+    if ftheta is not None:
+        polynomial[: len(ftheta.coefficients)] = ftheta.coefficients
+    centre = (lens.cx / lens.fx, lens.cy / lens.fy) if ftheta else (0.0, 0.0)
+    return {
+        "cameraFisheyeLensP": np.array(prism.p if prism else (0.0,) * 2, np.float32),
+        "cameraFisheyeLensS": np.array(prism.s if prism else (0.0,) * 4, np.float32),
+        "cameraFisheyeMaxFOV": float(np.rad2deg(2 * ftheta.most)) if ftheta else 0.0,
+        "cameraFisheyeNominalHeight": round(lens.height / lens.fy) if ftheta else 0,
+        "cameraFisheyeNominalWidth": round(lens.width / lens.fx) if ftheta else 0,
+        "cameraFisheyeOpticalCentre": np.array(centre, np.float32),
+        "cameraFisheyePolynomial": polynomial,
+    }
+
 
 COLORIZE = {"colorize": False}
 GOLDEN_TURN = 0.61803398875

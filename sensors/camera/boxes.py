@@ -11,7 +11,7 @@ from graph.base.records import dataclass
 from graph.sim.geometry.surfaces import Mesh, Solid
 from graph.sim.transforms import from_usd, transformed
 from sensors.raycast.alone import cast_alone
-from sensors.raycast.world import CastWorld
+from sensors.raycast.world import CastWorld, once_a_world
 
 from .channels import AROUND, BOX, BOX_2D, BOX_3D, LABELLED, LOOSE, TIGHT
 from .config import CameraConfig
@@ -79,17 +79,15 @@ def _rays_at(world: CastWorld, prim: _Prim, view: View, state: Any) -> np.ndarra
     return np.sort(rays)
 
 
-def _prims(world: CastWorld) -> list[_Prim]:
-    known = world.cache.get("camera boxes")
-    if known is None:
-        entities = entities_of(world, LABELLED)
-        known = []
-        for number, path in entities.paths.items():
-            surfaces = tuple(np.flatnonzero(entities.numbers[:-1] == number).tolist())
-            nested = any(other != path and other.startswith(f"{path}/") for other in entities.paths.values())
-            known.append(_Prim(number, surfaces, len(surfaces) == 1 and not nested and entities.layers[number] == 1))
-        world.cache["camera boxes"] = known
-    return list(known)
+@once_a_world
+def _prims(world: CastWorld) -> tuple[_Prim, ...]:
+    entities = entities_of(world, LABELLED)
+    found = []
+    for number, path in entities.paths.items():
+        surfaces = tuple(np.flatnonzero(entities.numbers[:-1] == number).tolist())
+        nested = any(other != path and other.startswith(f"{path}/") for other in entities.paths.values())
+        found.append(_Prim(number, surfaces, len(surfaces) == 1 and not nested and entities.layers[number] == 1))
+    return tuple(found)
 
 
 def visible_boxes(numbers: np.ndarray, width: int) -> dict[int, tuple[tuple[int, int, int, int], int]]:

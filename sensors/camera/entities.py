@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from graph.base.records import dataclass, field
+from sensors.raycast.world import CastWorld, once_a_world
 from sensors.surfaces.semantics import Labels, labels_of, numbered
 
 from .channels import FIRST, INSTANCE, LABELLED, SEMANTIC
-
-if TYPE_CHECKING:
-    from sensors.raycast.world import CastWorld
 
 
 @dataclass(frozen=True)
@@ -30,13 +28,10 @@ class Entities:
     layers: Mapping[int, int] = field(default_factory=dict)
 
 
+@once_a_world
 def entities_of(world: CastWorld, kind: str) -> Entities:
     """The entities that the numbers of a segmentation stand for; see `sensors.camera.channels`."""
-    key = f"camera {kind}"
-    if key not in world.cache:
-        world.cache[key] = _READ[kind](world.scene.stage, world.surfaces)
-    found: Entities = world.cache[key]
-    return found
+    return _READ[kind](world.scene.stage, world.surfaces)
 
 
 def _instances(stage: Any, surfaces: Sequence[Any]) -> Entities:

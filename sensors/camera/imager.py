@@ -17,10 +17,9 @@ from sensors.runtime import Measurement
 
 from .boxes import boxes_of
 from .channels import AROUND, BOX, CROSS, HDR, INSTANCE, LABELLED, LIT, LOOSE, RGB, SEMANTIC, TIGHT
-from .correspondence import INVALID, Reference, correspondence, reference_of
+from .correspondence import INVALID, Instant, Reference, correspondence, motion_vectors, reference_of
 from .entities import PixelNumbers, entities_of
 from .line_exposure import LineExposure
-from .motion import Instant, motion_vectors
 from .picture import Pictures, has_projector, light_places, looks_of
 from .rays import CameraRays
 from .shading import aces_curve, srgb

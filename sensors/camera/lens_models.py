@@ -10,9 +10,8 @@ import numpy as np
 from graph.base.errors import UserError
 
 from .image_files import ImageFiles
-from .lens import BrownLens, FisheyeLens, FthetaLens, Lens
+from .lens import BrownLens, FisheyeLens, FthetaLens, Lens, PrismFisheyeLens
 from .names import LENS, LENS_MODEL
-from .prism_lens import PrismFisheyeLens
 
 if TYPE_CHECKING:
     from pxr import Usd

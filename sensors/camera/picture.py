@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from sensors.raycast.rays import NOTHING, Hits, RayBundle, Spots
 from sensors.raycast.shadows import Shadows
-from sensors.raycast.world import CastWorld
+from sensors.raycast.world import CastWorld, once_a_world
 
 from .config import CameraConfig
-from .cutouts import see_through
 from .darkness import NO_LIGHT
 from .image_files import ImageFiles
 from .light_images import LightImages
@@ -23,8 +23,59 @@ from .shading import radiance
 from .smooth import Smooth, smooth_surfaces, smoothen
 from .view import View, look
 
-if TYPE_CHECKING:
-    pass
+MOST_LAYERS = 32
+"""A ray ends behind so many unseen places, one behind the other."""
+
+
+def see_through(world: CastWorld, view: View, looks: Looks, far: float, state: Any) -> View:
+    """The view with what lies behind unseen places; the same view where all is seen.
+
+    far: distance from the image plane [m] that is shown. Of a rolling shutter, what lies behind is as in `state`.
+    """
+    rows = np.flatnonzero(np.isfinite(view.hits.distance))
+    rows = rows[looks.unseen(view.hits, rows)]
+    if not len(rows):
+        return view
+    view.facing_normals()
+    hits = _copied(view.hits)
+    for _ in range(MOST_LAYERS):
+        start = hits.distance[rows]
+        start += np.float32(2e-4) + np.float32(2e-6) * start
+        beyond = view.rays.further(rows, view.bundle, start)
+        behind = world.cast(beyond, state, normals=True, spots=hits.spots is not None)
+        _face(behind, beyond)
+        _put(hits, rows, behind, behind.distance + start)
+        rows = rows[np.isfinite(behind.distance)]
+        rows = rows[looks.unseen(hits, rows)]
+        if not len(rows):
+            break
+    hits.distance[rows], hits.number[rows] = np.inf, NOTHING
+    along = view.rays.along
+    depth = hits.distance if along is None else hits.distance * along
+    outside = depth > far
+    hits.distance[outside], hits.number[outside] = np.inf, NOTHING
+    return View(view.rays, view.bundle, hits, depth, faced=True)
+
+
+def _copied(hits: Hits) -> Hits:
+    spots = None if hits.spots is None else Spots(hits.spots.triangle.copy(), hits.spots.uv.copy())
+    assert hits.normals is not None
+    return Hits(hits.distance.copy(), hits.normals.copy(), hits.number.copy(), hits.surface_of, spots)
+
+
+def _face(hits: Hits, rays: RayBundle) -> None:
+    """Turns normals towards where the rays come from."""
+    assert hits.normals is not None
+    away = (hits.normals * rays.table[:, 3:6]).sum(axis=1) > 0
+    hits.normals[away] *= np.float32(-1)
+
+
+def _put(hits: Hits, rows: np.ndarray, found: Hits, distance: np.ndarray) -> None:
+    hits.distance[rows], hits.number[rows] = distance, found.number
+    if hits.normals is not None and found.normals is not None:
+        hits.normals[rows] = found.normals
+    if hits.spots is not None and found.spots is not None:
+        hits.spots.triangle[rows], hits.spots.uv[rows] = found.spots.triangle, found.spots.uv
 
 
 def sample_places(count: int) -> list[tuple[float, float]]:
@@ -90,11 +141,9 @@ class Pictures:
     def lighting(self, world: CastWorld, pose: np.ndarray, state: Any) -> Lighting:
         """The lights as they are in a state, as seen from a camera at `pose` (4, 4) float64 [m]."""
         scene = world.scene
-        if "camera light images" not in world.cache:
-            world.cache["camera light images"] = LightImages(_files(world))
         lighting = read_lighting(
             _light_inputs(world),
-            world.cache["camera light images"],
+            _light_images(world),
             lambda path: scene.fabric.world_matrix(path, state),
             scene.meters_per_unit,
             pose[:3, 3],
@@ -106,13 +155,10 @@ class Pictures:
         return lighting
 
 
+@once_a_world
 def looks_of(world: CastWorld) -> Looks:
     """The looks of all surfaces of a cast world."""
-    found: Looks | None = world.cache.get("camera looks")
-    scene = world.scene
-    if found is None:
-        found = world.cache["camera looks"] = read_looks(scene.stage, world.surfaces, _files(world), scene.warn)
-    return found
+    return read_looks(world.scene.stage, world.surfaces, _files(world), world.scene.warn)
 
 
 def has_projector(world: CastWorld) -> bool:
@@ -122,17 +168,22 @@ def has_projector(world: CastWorld) -> bool:
 
 def light_places(world: CastWorld, state: Any) -> np.ndarray:
     """The world matrices of the lights in a state, (n, 4, 4) float64 [stage units]."""
-    paths = world.cache.get("camera light paths")
-    if paths is None:
-        paths = world.cache["camera light paths"] = tuple(str(prim.GetPath()) for prim in _lights(world))
-    return np.asarray(world.scene.fabric.world_matrices(paths, state))
+    return np.asarray(world.scene.fabric.world_matrices(_light_paths(world), state))
 
 
+@once_a_world
+def _light_paths(world: CastWorld) -> tuple[str, ...]:
+    return tuple(str(prim.GetPath()) for prim in _lights(world))
+
+
+@once_a_world
 def _lights(world: CastWorld) -> list[Any]:
-    found: list[Any] | None = world.cache.get("camera lights")
-    if found is None:
-        found = world.cache["camera lights"] = light_prims(world.scene.stage)
-    return found
+    return light_prims(world.scene.stage)
+
+
+@once_a_world
+def _light_images(world: CastWorld) -> LightImages:
+    return LightImages(_files(world))
 
 
 def _light_inputs(world: CastWorld) -> list[LightInputs]:
@@ -145,7 +196,7 @@ def _light_inputs(world: CastWorld) -> list[LightInputs]:
     return known[1]
 
 
+@once_a_world
 def _files(world: CastWorld) -> ImageFiles:
     """The image files of the scene; surfaces and skies share their limit."""
-    found: ImageFiles = world.cache.setdefault("camera images", ImageFiles(world.scene.folders))
-    return found
+    return ImageFiles(world.scene.folders)

@@ -14,7 +14,7 @@ from graph.base.records import dataclass
 from graph.sim.attributes import array_of
 from graph.sim.geometry.surfaces import Mesh
 from graph.sim.transforms import apply
-from sensors.raycast.world import CastWorld, soft_prim
+from sensors.raycast.world import CastWorld, once_a_world, soft_prim
 
 from .looks import by_surface
 from .paints import ByCorner, Painter
@@ -37,14 +37,12 @@ class Smooth:
     lift: np.ndarray
 
 
+@once_a_world
 def smooth_surfaces(world: CastWorld) -> Mapping[int, Smooth]:
     """The smooth surfaces of a cast world by number."""
-    found: dict[int, Smooth] | None = world.cache.get("camera smooth")
-    if found is None:
-        painter = Painter(world.scene.stage, world.scene.warn)
-        each = {number: _smooth(surface, painter, world) for number, surface in enumerate(world.surfaces)}
-        found = world.cache["camera smooth"] = {number: one for number, one in each.items() if one is not None}
-    return found
+    painter = Painter(world.scene.stage, world.scene.warn)
+    each = {number: _smooth(surface, painter, world) for number, surface in enumerate(world.surfaces)}
+    return {number: one for number, one in each.items() if one is not None}
 
 
 def smoothen(view: View, shapes: Mapping[int, Smooth], world: CastWorld, state: Any) -> None:

@@ -12,11 +12,13 @@ from sensors import prim as on_prim
 from sensors.channels import AuxLevel
 from sensors.errors import SensorValueError
 from sensors.prim import TICK_RATE
+from sensors.sensor import PointSensor
 from sensors.sensor_prim import SensorPrim, check_type, resolve
 
 from .config import LidarConfig
 from .names import CORE_API, PREFIX, PRIM_TYPE, STATE_PREFIX
 from .prim import STATE_API, attribute_kind, read_config, write_config
+from .runtime import LidarRuntime
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -113,3 +115,14 @@ class Lidar(SensorPrim):
                 on_prim.write(self.prim, name, "bool", bool(self._accumulate))
             elif not self._accumulate:
                 self._warn("attribute-wins", f"attributes give {name}; accumulate_outputs is ignored")
+
+
+class LidarSensor(PointSensor[Lidar, LidarRuntime]):
+    """Renders a lidar: `LidarSensor(lidar_or_path, annotators=["generic-model-output"])`."""
+
+    authored_by = Lidar
+
+    @property
+    def lidar(self) -> Lidar:
+        """The Lidar."""
+        return self.authoring_object

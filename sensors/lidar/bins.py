@@ -11,8 +11,7 @@ import numpy as np
 
 from graph.base.exact import nanoseconds
 from graph.base.records import dataclass
-from sensors.motion.history import history_of
-from sensors.motion.trajectory import Trajectory
+from sensors.motion.history import Trajectory, history_of
 from sensors.raycast.world import CastWorld
 
 from .aim import RayPoses

@@ -11,8 +11,8 @@ from graph.base.records import dataclass, field
 from sensors.frame import Frame, spherical
 from sensors.sensor_types import prim_types_of
 
-from .beams import BeamRow, beam_row
 from .config import LidarConfig
+from .lines import BeamRow, beam_row
 from .names import MODALITY
 from .prim import read_config
 

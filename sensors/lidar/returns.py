@@ -18,9 +18,8 @@ from sensors.raycast.rays import COMMON, NO_SURFACE, Hits
 from sensors.raycast.world import CastWorld
 from sensors.surfaces.optics import Optics
 
-from .aim import Aim, RayPoses
+from .aim import Aim, Output, RayPoses
 from .echoes import Candidates, echo_ids
-from .output import Output
 from .pattern import Pattern
 from .receiver import Receiver
 

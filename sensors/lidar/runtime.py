@@ -14,9 +14,8 @@ from sensors.runtime import Measurement, SensorRuntime
 
 from .config import INTENSITY_PROCESSINGS, RAY_TYPES, LidarConfig
 from .names import PRIM_TYPE
-from .pattern import windowed
+from .pattern import turns_of, windowed
 from .prim import read_config
-from .turns import turns_of
 
 if TYPE_CHECKING:
     from pxr import Usd

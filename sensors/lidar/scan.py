@@ -14,11 +14,10 @@ from sensors.raycast.windows import FULL_SPANS, RayGrid
 from sensors.raycast.world import CastWorld, anchor_of
 from sensors.surfaces.optics import Optics
 
-from .aim import Aim, aim_rays, moving_aim, turned_back
+from .aim import Aim, Output, aim_rays, moving_aim, turned_back
 from .config import LidarConfig
 from .echoes import MISS, Candidates, SubRays, form_echoes, separation
 from .noise import Noise
-from .output import Output
 from .pattern import Pattern
 from .receiver import Receiver, returned
 from .returns import Met, Returns, Shot, Targets

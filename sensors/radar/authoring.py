@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import RunError
 from graph.sim import settings as keys
+from sensors.sensor import PointSensor
 from sensors.sensor_prim import SensorPrim, check_type, resolve
 
 from .config import RadarConfig, ScanConfig
 from .configs import author_config
 from .names import API, AUX_LEVELS, PREFIX, PRIM_TYPE, SCAN_API, SCAN_PREFIX, attribute_name
 from .prim import read_config
+from .runtime import RadarRuntime
 
 if TYPE_CHECKING:
     from pxr import Usd
@@ -81,3 +83,14 @@ def _kinds(kind: type[Any]) -> dict[str, str]:
     types = {bool: "bool", int: "uint", float: "float", str: "token", tuple: "float[]"}
     fields = [one for one in dataclasses.fields(kind) if one.name not in ("name", "scans", "without_effect")]
     return {attribute_name(one.name): types[type(one.default)] for one in fields}
+
+
+class RadarSensor(PointSensor[Radar, RadarRuntime]):
+    """Renders a radar: `RadarSensor(radar_or_path, annotators=["generic-model-output"])`."""
+
+    authored_by = Radar
+
+    @property
+    def radar(self) -> Radar:
+        """The Radar."""
+        return self.authoring_object

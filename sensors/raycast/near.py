@@ -15,8 +15,7 @@ import numpy as np
 
 from graph.base.records import dataclass
 
-from .nearest import Nearest
-from .picked import cast_picked
+from .nearest import Nearest, cast_picked
 from .rays import RayBundle
 from .triangles import TriangleScene
 

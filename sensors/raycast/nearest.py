@@ -10,7 +10,7 @@ from sensors.compiled import compiled
 
 from .planes import above_plane, plane_distance
 from .rays import COMMON, NOTHING, Hits, RayBundle, Spots
-from .triangles import TriangleHits
+from .triangles import TriangleHits, TriangleScene
 
 _NO_NORMALS = np.zeros((0, 3), np.float32)
 _NO_SPOTS = Spots(np.zeros(0, np.uint32), np.zeros((0, 2), np.float32))
@@ -180,3 +180,42 @@ def _add(
         if len(triangle_of):
             triangle_of[ray] = triangle[hit]
             uv_of[ray, 0], uv_of[ray, 1] = uv[hit, 0], uv[hit, 1]
+
+
+def cast_picked(
+    rays: RayBundle,
+    index: np.ndarray | None,
+    start: np.ndarray,
+    scene: TriangleScene,
+    surface: np.ndarray,
+    first: np.ndarray,
+    threads: int,
+    nearest: Nearest,
+) -> None:
+    """Adds the hits of rays in a scene whose triangles have the surfaces (t,) uint32.
+
+    first: (t,) uint32, the scene's first triangle of the same surface.
+    index: (k,) rays that may hit anything; None: all. start: (3,) float32 [m], the bundle's origin in the
+    scene's frame.
+    """
+    if index is None:
+        rays.start_at(start)
+        table = rays.table
+    elif len(index):
+        table = _started(rays, index, start)
+    else:
+        return
+    found = scene.cast(table, threads, uv=nearest.with_spots)
+    spots = None
+    if found.uv is not None:
+        spots = Spots(found.triangle - first.take(found.triangle, mode="clip"), found.uv)
+    target = np.arange(len(table)) if index is None else index
+    nearest.add_some(target, found.distance, surface.take(found.triangle, mode="clip"), found.normals, spots)
+
+
+def _started(rays: RayBundle, index: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """The rays `index` (k, 6) float32 with their origins at `start` (3,), each with its own offset."""
+    table = np.take(rays.table, index, axis=0, mode="clip")
+    for axis in range(3):
+        table[:, axis] = start[axis] if rays.offsets is None else rays.offsets[index, axis] + start[axis]
+    return np.asarray(table)

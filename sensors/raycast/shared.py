@@ -16,7 +16,7 @@ from sensors.surfaces.material_codes import PREFIX, PREFIX_SETTING, material_of
 from sensors.surfaces.optics import Optics, optics_of
 from sensors.surfaces.semantics import Labels, numbered, surface_label
 
-from .world import CastWorld, bodies_of, soft_prim
+from .world import CastWorld, bodies_of, once_a_world, soft_prim
 
 if TYPE_CHECKING:
     from graph.sim.geometry.surfaces import Mesh
@@ -76,49 +76,40 @@ def _cast_world(scene: WorldView) -> CastWorld:
     return world
 
 
+@once_a_world
 def surface_materials(world: CastWorld) -> np.ndarray:
     """The encoded non-visual material of every surface, (n,) uint32."""
-    found: np.ndarray | None = world.cache.get("materials")
-    if found is None:
-        prefix = str(world.scene.settings.get(PREFIX_SETTING) or PREFIX)
-        numbers = [material_of(world.scene.stage, surface.material, prefix) for surface in world.surfaces]
-        found = world.cache["materials"] = np.array(numbers, np.uint32)
-    return found
+    prefix = str(world.scene.settings.get(PREFIX_SETTING) or PREFIX)
+    numbers = [material_of(world.scene.stage, surface.material, prefix) for surface in world.surfaces]
+    return np.array(numbers, np.uint32)
 
 
+@once_a_world
 def surface_optics(world: CastWorld) -> Optics:
     """The optical properties of every surface."""
-    found: Optics | None = world.cache.get("optics")
-    if found is None:
-        found = world.cache["optics"] = optics_of(surface_materials(world))
-    return found
+    return optics_of(surface_materials(world))
 
 
+@once_a_world
 def surface_ids(world: CastWorld) -> np.ndarray:
     """The 128-bit id of every surface, (n, 16) uint8, little-endian."""
-    found: np.ndarray | None = world.cache.get("ids")
-    if found is None:
-        data = b"".join(stable_id(surface.path) for surface in world.surfaces)
-        found = world.cache["ids"] = np.frombuffer(data, np.uint8).reshape(-1, 16)
-    return found
+    data = b"".join(stable_id(surface.path) for surface in world.surfaces)
+    return np.frombuffer(data, np.uint8).reshape(-1, 16)
 
 
+@once_a_world
 def surface_id_map(world: CastWorld) -> dict[int, str]:
     """128-bit id -> path of every surface; prims come first (`sensors.surfaces.ids`)."""
-    found: dict[int, str] | None = world.cache.get("id map")
-    if found is None:
-        found = world.cache["id map"] = stable_id_map(surface.path for surface in world.surfaces)
-    return found
+    return stable_id_map(surface.path for surface in world.surfaces)
 
 
+@once_a_world
 def packed_id_map(world: CastWorld) -> np.ndarray:
     """The same as a StableIdMap buffer, (size,) uint8, read-only, shared by all frames."""
-    found: np.ndarray | None = world.cache.get("packed id map")
-    if found is None:
-        extended = world.scene.settings.get(ID_MAP_EXTENSION)  # an entry of graph.sim.parity
-        entries = {number: path for number, path in surface_id_map(world).items() if extended or has_prim(path)}
-        found = world.cache["packed id map"] = pack_stable_id_map(entries)
-        found.setflags(write=False)
+    extended = world.scene.settings.get(ID_MAP_EXTENSION)  # an entry of graph.sim.parity
+    entries = {number: path for number, path in surface_id_map(world).items() if extended or has_prim(path)}
+    found = pack_stable_id_map(entries)
+    found.setflags(write=False)
     return found
 
 
@@ -132,10 +123,6 @@ def surface_labels(world: CastWorld) -> dict[int, Labels]:
     return dict(_classes(world)[1])
 
 
+@once_a_world
 def _classes(world: CastWorld) -> tuple[np.ndarray, dict[int, Labels]]:
-    found: tuple[np.ndarray, dict[int, Labels]] | None = world.cache.get("classes")
-    if found is None:
-        found = world.cache["classes"] = numbered(
-            [surface_label(world.scene.stage, surface) for surface in world.surfaces]
-        )
-    return found
+    return numbered([surface_label(world.scene.stage, surface) for surface in world.surfaces])

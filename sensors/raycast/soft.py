@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .nearest import Nearest
-from .picked import cast_picked
+from .nearest import Nearest, cast_picked
 from .rays import RayBundle
 from .triangles import TriangleScene
 from .windows import RayGrid

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeGuard
+from functools import cached_property, wraps
+from typing import TYPE_CHECKING, Any, Concatenate, ParamSpec, TypeGuard, TypeVar
 
 import numpy as np
 
@@ -40,6 +40,24 @@ def bodies_of(geometry: Sequence[Mesh | Plane]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(str(surface.body) for surface in geometry if surface.body is not None))
 
 
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+def once_a_world(make: Callable[Concatenate[CastWorld, P], T]) -> Callable[Concatenate[CastWorld, P], T]:
+    """A function whose results a cast world keeps, one for each combination of its further arguments."""
+
+    @wraps(make)
+    def kept(world: CastWorld, /, *args: P.args, **named: P.kwargs) -> T:
+        key = (make, *args, *named.values())
+        if key not in world.cache:
+            world.cache[key] = make(world, *args, **named)
+        found: T = world.cache[key]
+        return found
+
+    return kept
+
+
 class CastWorld:
     """Casts against one collection of geometry.
 
@@ -70,8 +88,8 @@ class CastWorld:
         self.bodies = bodies_of(geometry)
         number = {body: index for index, body in enumerate(self.bodies)}
         self.body_of = np.array([number.get(str(s.body), -1) if s.body else -1 for s in geometry] or [-1], np.int32)
-        self.cache: dict[str, Any] = {}
-        """Data that users of the world have computed about its surfaces."""
+        self.cache: dict[Any, Any] = {}
+        """Data that users of the world have computed about its surfaces; see `once_a_world`."""
         self._poses = poses
         self._threads = threads
         self._formulas = formulas

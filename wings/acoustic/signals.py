@@ -20,8 +20,7 @@ import numpy as np
 
 from graph.base.records import dataclass
 from graph.sim.transforms import apply
-from sensors.raycast.ranged import cast_ranged
-from sensors.raycast.rays import RayBundle, RayMemory
+from sensors.raycast.rays import RayBundle, RayMemory, cast_ranged
 from sensors.raycast.world import CastWorld
 
 from .fan import Fan

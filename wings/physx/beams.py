@@ -8,7 +8,7 @@ import numpy as np
 
 from graph.sim.transforms import apply, transformed
 from sensors.gmo.layout import ElementFlags
-from sensors.raycast.ranged import cast_ranged
+from sensors.raycast.rays import cast_ranged
 from sensors.raycast.world import CastWorld
 
 

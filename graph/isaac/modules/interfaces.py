@@ -110,7 +110,7 @@ class _Physx(_Physics):
 
 class _Query:
     def raycast_closest(self, origin: Any, direction: Any, distance: float, both_sides: bool = False) -> dict[str, Any]:
-        from sensors.raycast.ranged import cast_ranged
+        from sensors.raycast.rays import cast_ranged
         from sensors.raycast.shared import cast_world
 
         unit = float(app().meters_per_unit)

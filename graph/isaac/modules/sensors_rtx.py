@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from sensors.annotators.specs import register_annotator_spec, unregister_annotator_spec
+from sensors.annotators.registry import register_annotator_spec, unregister_annotator_spec
 from sensors.camera.authoring import RtxCamera as OurRtxCamera
 from sensors.camera.depth_camera import SingleViewDepthCameraSensor
 from sensors.camera.sensor import CameraSensor as OurCameraSensor
@@ -13,10 +13,10 @@ from sensors.camera.tiled_sensor import TiledCameraSensor
 from sensors.configs import SUPPORTED_CAMERA_CONFIGS, SUPPORTED_LIDAR_CONFIGS
 from sensors.gmo import GenericModelOutput, getMagicNumberGMO, parse_generic_model_output_data
 from sensors.lidar.authoring import Lidar as OurLidar
-from sensors.lidar.sensor import LidarSensor as OurLidarSensor
+from sensors.lidar.authoring import LidarSensor as OurLidarSensor
 from sensors.radar.authoring import Radar as OurRadar
+from sensors.radar.authoring import RadarSensor as OurRadarSensor
 from sensors.radar.configs import SUPPORTED_RADAR_CONFIGS
-from sensors.radar.sensor import RadarSensor as OurRadarSensor
 from sensors.surfaces import ids
 from sensors.writers import register_writer_spec, unregister_writer_spec
 

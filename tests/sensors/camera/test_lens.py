@@ -12,8 +12,7 @@ from pxr import Gf, Sdf
 from graph.base.errors import UserError
 from graph.sim import App
 from sensors.camera.config import read_config
-from sensors.camera.lens import BrownLens, FisheyeLens, FthetaLens, Lens
-from sensors.camera.prism_lens import PrismFisheyeLens
+from sensors.camera.lens import BrownLens, FisheyeLens, FthetaLens, Lens, PrismFisheyeLens
 from tests.support.camera_worlds import add_camera, ahead, look
 from tests.support.lidar_worlds import add_box, weightless
 

@@ -12,7 +12,7 @@ from sensors.lidar.config import EmitterState
 from sensors.lidar.pattern import firing_pattern
 from sensors.lidar.returns import Shot, Targets
 from sensors.lidar.scan import Scanner
-from sensors.motion.trajectory import Trajectory
+from sensors.motion.history import Trajectory
 from sensors.raycast.triangles import TriangleScene
 from sensors.raycast.world import CastWorld
 from tests.support.lidar_worlds import add_box, add_lidar, frames_of, rotary, stare, weightless

@@ -12,8 +12,7 @@ from graph.base.errors import UserError
 from sensors import LidarConfig
 from sensors.configs.catalog import find
 from sensors.lidar.config import EmitterState
-from sensors.lidar.pattern import firing_pattern
-from sensors.lidar.turns import Turns, turns_of
+from sensors.lidar.pattern import Turns, firing_pattern, turns_of
 
 
 def lidar(azimuth=(0.0,), elevation=None, fire=(), **fields):
@@ -182,7 +181,7 @@ def test_lidars_of_equal_configuration_share_their_turns_whatever_they_are_calle
 
 
 def test_patterns_of_many_turns_are_worked_out_again_where_keeping_them_takes_too_much(monkeypatch):
-    monkeypatch.setattr("sensors.lidar.turns.MOST_KEPT_RAYS", 2)
+    monkeypatch.setattr("sensors.lidar.pattern.MOST_KEPT_RAYS", 2)
     states = tuple(EmitterState(azimuth_deg=[0.0], elevation_deg=[float(angle)]) for angle in range(5))
     turns = Turns(lidar(scan_rate_base_hz=Fraction(10), pattern_firing_rate_hz=Fraction(10), emitter_states=states))
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sensors.radar.permittivity import MEDIA, Medium, fresnel, reflection
+from sensors.radar.materials import MEDIA, Medium, fresnel, reflection
 
 WAVELENGTH = 3.9e-3
 
