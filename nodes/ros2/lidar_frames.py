@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from sensors.frame import Frame
     from sensors.lidar.config import LidarConfig
-    from sensors.lidar.lines import BeamRow
+    from sensors.lidar.flat_scan import BeamRow
 
     from .laser_scans import ScanStyle
 
@@ -170,7 +170,7 @@ class FrameScan:
 
     def _row(self, frame: Frame) -> BeamRow:
         if self.row is None or frame.config is not self.config:
-            from sensors.lidar.lines import beam_row
+            from sensors.lidar.flat_scan import beam_row
 
             self.config, self.row = frame.config, beam_row(frame.config)
         return self.row

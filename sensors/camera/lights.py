@@ -16,10 +16,9 @@ from graph.base.records import dataclass
 from graph.sim.transforms import apply, rigid_part, transformed
 
 from .darkness import not_modelled
-from .light_images import LightImages, Warn
+from .light_images import LightImages, Slide, Warn
+from .names import numbers_of, text_of
 from .sky import Sky
-from .slides import Slide
-from .stage_values import numbers_of, text_of
 
 if TYPE_CHECKING:
     from pxr import Usd

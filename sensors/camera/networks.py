@@ -11,7 +11,7 @@ import numpy as np
 from graph.base.records import dataclass, field
 
 from .image_files import Image, ImageFiles, ImageProblem
-from .stage_values import numbers_of
+from .names import numbers_of
 from .textures import WRAPS, Texture, linear_table
 
 Warn = Callable[[str, str, str], None]

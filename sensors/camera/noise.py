@@ -14,7 +14,7 @@ import numpy as np
 from graph.base.errors import UserError
 from graph.base.records import dataclass
 
-from .stage_values import numbers_of
+from .names import numbers_of
 
 if TYPE_CHECKING:
     from pxr import Usd

@@ -12,8 +12,8 @@ from graph.sim.geometry.corners import Corners, corners_of, primvar_at_corners
 from graph.sim.geometry.surfaces import Mesh
 from graph.sim.transforms import apply
 
+from .names import numbers_of
 from .networks import Coordinates, Source, Warn
-from .stage_values import numbers_of
 from .textures import Texture
 
 

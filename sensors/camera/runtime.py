@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from pxr import Usd
 
     from .imager import Imager
-    from .tiles import TileGroup
+    from .tiled_sensor import TileGroup
 
 
 class CameraRuntime(SensorRuntime[CameraConfig]):

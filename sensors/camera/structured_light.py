@@ -19,7 +19,7 @@ from sensors.prim import write
 from sensors.xform import Vector, place, world_pose
 
 from .authoring import RtxCamera
-from .slides import DIRECTIONS, PATTERN
+from .light_images import DIRECTIONS, PATTERN
 
 if TYPE_CHECKING:
     from pxr import Usd

@@ -1,4 +1,4 @@
-"""Flat scans: a planar lidar's frame as one row of ranges, binned by azimuth."""
+"""Flat scans: a planar lidar's frame as one row of ranges, by azimuth or in the order in which the beams fire."""
 
 from __future__ import annotations
 
@@ -12,12 +12,73 @@ from sensors.frame import Frame, spherical
 from sensors.sensor_types import prim_types_of
 
 from .config import LidarConfig
-from .lines import BeamRow, beam_row
 from .names import MODALITY
+from .pattern import firing_pattern
 from .prim import read_config
 
 if TYPE_CHECKING:
     from pxr import Usd
+
+
+GRID = 0.05
+"""How far a beam may lie from its place in the row, as a fraction of the spacing: azimuths are stored as float32."""
+
+
+@dataclass(frozen=True, slots=True)
+class BeamRow:
+    """`count` beams: number i has azimuth start_deg + i * step_deg [deg] (a negative step turns clockwise) and fires
+    i * time_step_s [s] after the first, which fires `first_ns` after the begin of a turn.
+    """
+
+    start_deg: float
+    step_deg: float
+    count: int
+    time_step_s: float
+    first_ns: int = 0
+
+    def place(self, azimuth_deg: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """For azimuths (n,), the number of each beam, (n,) int64, and whether the beam is in the row, (n,) bool."""
+        ahead = np.sign(self.step_deg) * (azimuth_deg.astype(np.float64) - self.start_deg)
+        number = np.rint((ahead + abs(self.step_deg) / 2) % 360.0 / abs(self.step_deg) - 0.5).astype(np.int64)
+        return number, (number >= 0) & (number < self.count)
+
+
+def beam_row(config: LidarConfig) -> BeamRow:
+    """One cell for each beam of a turn, starting at the first beam.
+
+    Beams that fire along a row of equal steps keep their order; where a sector is passed at both ends of a turn, the
+    cells between stay empty, so that times are true. Others, such as those of emitters that fire back and
+    forth, are ordered counter-clockwise, with no time between them; if their spacing differs, cells have its mean.
+    """
+    pattern = firing_pattern(config)
+    azimuth = pattern.azimuth_deg.astype(np.float64)
+    if len(azimuth) < 2:
+        return BeamRow(float(azimuth[0]) if len(azimuth) else 0.0, 360.0, len(azimuth), 0.0)
+    turned = (np.diff(azimuth) + 180.0) % 360.0 - 180.0
+    step = float(np.median(turned))
+    turned = np.where(turned * step < 0, turned + np.sign(step) * 360.0, turned)
+    row = _row(np.concatenate([[0.0], np.cumsum(turned)]), step) if step else None
+    if row is not None:
+        count, step = row
+        seconds = float(pattern.offset_ns[-1] - pattern.offset_ns[0]) * 1e-9 / (count - 1)
+        return BeamRow(float(azimuth[0]), step, count, seconds, int(pattern.offset_ns[0]))
+    distinct = np.unique(azimuth)
+    gap = int(np.argmax(np.diff(distinct, append=distinct[0] + 360.0)))  # the row begins after the largest gap
+    start = float(distinct[(gap + 1) % len(distinct)])
+    ahead = np.sort((distinct - start) % 360.0)
+    row = _row(ahead, float(np.median(np.diff(ahead)))) if len(ahead) > 1 else None
+    count, step = row or (len(ahead), float(ahead[-1]) / max(1, len(ahead) - 1) or 360.0)
+    return BeamRow(start, step, count, 0.0, int(pattern.offset_ns[0]))
+
+
+def _row(turned: np.ndarray, step: float) -> tuple[int, float] | None:
+    """(count, step) of the row of equal steps that contains angles [deg] relative to the first; None if no row does."""
+    place = np.rint(turned / step)
+    if place[-1] < 1 or np.any(np.diff(place) < 1) or place[-1] * abs(step) > 360.0:
+        return None
+    step = float(turned[-1] / place[-1])
+    return (int(place[-1]) + 1, step) if np.all(np.abs(turned - place * step) <= GRID * abs(step)) else None
+
 
 FLAT_SCAN_CHANNELS = frozenset({"beamAzimuth", "beamDistance", "scalar"})
 """Angles and ranges in the sensor's frame, in whatever frame of reference it gives its points."""

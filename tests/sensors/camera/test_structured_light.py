@@ -12,7 +12,7 @@ from pxr import Gf, UsdGeom, UsdLux
 
 from sensors import CameraSensor, RtxCamera, StructuredLightCamera
 from sensors.camera.image_files import Image as Picture
-from sensors.camera.slides import Slide
+from sensors.camera.light_images import Slide
 from sensors.camera.structured_light import pattern_schedule, write_directions
 from sensors.camera.textures import Texture, linear_table
 from sensors.errors import SensorValueError
