@@ -1,4 +1,4 @@
-"""Plug-ins: node types, sensors, transports, exports, commands, devices, kinds of files; entry points in their groups.
+"""Plug-ins: node types, sensors, exports, commands, devices, kinds of files: entry points in groups.
 
 TickGraph's own wings (`wings/`) are declared in pyproject.toml, as those of any other package. A clone is read from
 there, so that it need not be installed, and an installation from its table of entry points. No module names a wing.
@@ -74,6 +74,8 @@ EXPORTS = "tickgraph.exports"
 """Each a `graph.recording.exporting.Format`, by its name in `graph export --format NAME`."""
 COMMANDS = "tickgraph.commands"
 """Each a `graph.cli.commands.Command`, by its name in `graph NAME`."""
+BACKENDS = "tickgraph.backends"
+"""Each a module that draws the images of cameras, by its name in the knob `camera.backend`."""
 DEVICES = "tickgraph.devices"
 """Each a module that computes on devices (`graph.sim.devices.plugin_of`), by their name up to the colon."""
 
@@ -90,6 +92,7 @@ _KINDS = {
     TRANSPORTS: "transport",
     EXPORTS: "export",
     COMMANDS: "command",
+    BACKENDS: "camera backend",
     DEVICES: "device",
     FILES: "kind of file",
 }

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
+from types import ModuleType
 from typing import Any
 
 from graph.base import exact
 from graph.base.errors import UserError
+from graph.base.plugins import BACKENDS, required
 
 from . import settings as keys
 from .devices import HOST, plugin_of
@@ -17,6 +19,8 @@ from .timing.clocks import checked_rate
 
 EXPERIENCES = ("base", "full", "zero_delay")
 DEFAULT_RATE = Fraction(60)
+RAYS = "rays"
+"""The value of the knob `camera.backend` that needs no plug-in."""
 RENDER_ORDER = 30
 """Order of rendering among the steps of an update, as `/app/updateOrder/...` counts them."""
 
@@ -29,10 +33,8 @@ def refuse_unavailable(experience: str, parity: str, fidelity: Fidelity) -> None
         raise UserError(f"parity {parity!r} is not one of {', '.join(PARITIES)}")
     changed = {name: value for name, value in fidelity.as_dict().items() if value != Fidelity()[name]}
     Fidelity.from_mapping(changed)
-    if fidelity.camera_backend == "gl":
-        from .opengl.context import require_opengl
-
-        require_opengl()
+    if fidelity.camera_backend != RAYS:
+        required(BACKENDS, fidelity.camera_backend, ModuleType, "camera backend").require()
     if fidelity.device != HOST:
         plugin_of(fidelity.device).device_of(fidelity.device)
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from graph.base.errors import UserError
+from graph.base.plugins import BACKENDS, required
 from graph.base.records import dataclass
 from graph.sim.devices import plugin_of
+from graph.sim.options import RAYS
 from graph.sim.renderer.schedule import Tick
 from graph.sim.settings import CAMERA_TONE, TONE_ACES
 from sensors.raycast.shadows import Shadows
@@ -30,7 +33,6 @@ if TYPE_CHECKING:
     from graph.sim.renderer.view import WorldView
     from sensors.raycast.world import CastWorld
 
-    from .drawn import DrawnCamera
     from .runtime import CameraRuntime
 
 NUMBERED = (INSTANCE, LABELLED, SEMANTIC)
@@ -78,7 +80,7 @@ class Imager:
         self._numbers = PixelNumbers()
         self._rays: CameraRays | None = None
         self._pictures: Pictures | None = None
-        self._drawn: DrawnCamera | None = None
+        self._drawn: Any = None
         self._device: Any = None
         self._before: Instant | None = None
         self._kept: _Kept | None = None
@@ -180,11 +182,9 @@ class Imager:
     def _draws(self, shot: _Shot) -> bool:
         """Whether OpenGL draws; if it should and cannot, a warning says why."""
         scene, world = shot.tick.scene, shot.world
-        if scene.fidelity.camera_backend != "gl":
+        if scene.fidelity.camera_backend == RAYS:
             return False
-        from .drawn import reason_for_rays
-
-        reason = reason_for_rays(world, self._config)
+        reason: str = _drawing(scene).reason_for_rays(world, self._config)
         if not reason and has_projector(world):
             reason = "its scene has a projector"
         if reason:
@@ -199,13 +199,12 @@ class Imager:
 
     def _draw(self, shot: _Shot, wanted: frozenset[str]) -> tuple[Images, np.ndarray | None]:
         """Channels in demand as OpenGL draws them, and the light [nit] of each pixel if colours are among them."""
-        from .drawn import DrawnCamera
-
         scene, world, pose, poses = shot.tick.scene, shot.world, shot.pose, shot.tick.poses
         if self._drawn is None or self._drawn.world is not world:
             self._put_away()
             looks, smooth = looks_of(world), smooth_surfaces(world)
-            self._drawn = DrawnCamera(self._config, world, looks, smooth, scene.fidelity.camera_samples, pose)
+            made, samples = _drawing(scene).DrawnCamera, scene.fidelity.camera_samples
+            self._drawn = made(self._config, world, looks, smooth, samples, pose)
         drawn = self._drawn
         view = drawn.look(pose, poses, self._exclude)
         images, light = self._images(view, shot, wanted), None
@@ -326,3 +325,8 @@ class Imager:
         before = self._before
         self._before = now
         return motion_vectors(self._config.lens, view, before, now)
+
+
+def _drawing(scene: WorldView) -> ModuleType:
+    """The plug-in that draws images: `DrawnCamera`, and `reason_for_rays` for what it cannot draw."""
+    return required(BACKENDS, scene.fidelity.camera_backend, ModuleType, "camera backend")

@@ -85,6 +85,12 @@ NEEDS = {
         "",
     ),
     "hsb": node("HSBSend"),
+    "opengl": (
+        "fidelity: {camera.backend: gl}",
+        ["run", "file.yaml", "--updates", "1"],
+        "graph: the camera backend gl cannot be used: it comes",
+        "",
+    ),
     "paths": node("StanleyControlPID"),
     "physx": prim("Lidar"),
     "physx_graph": node("OnTriggerCollider"),

@@ -12,17 +12,17 @@ from pxr import Gf, Sdf, UsdGeom, UsdLux, UsdShade
 from graph.base.errors import UserError
 from graph.base.extras import install_command
 from graph.sim import App
-from graph.sim.opengl.context import require_opengl
 from sensors.replicator import get_annotator
 from tests.support.camera_worlds import FX, add_camera, ahead, look
 from tests.support.lidar_worlds import add_box, weightless
+from wings.opengl import require
 
 LUX = 5000.0
 
 
 def missing():
     try:
-        require_opengl()
+        require()
     except UserError as error:
         return str(error)
     return ""

@@ -18,7 +18,7 @@ RAYS = "or leave camera.backend at rays"
 
 
 @cache
-def require_opengl() -> None:
+def require() -> None:
     """Makes a small OpenGL context and frees it.
 
     On Linux it is one of EGL, which needs no display, unless the environment variable MUJOCO_GL says otherwise. Raises

@@ -1,8 +1,8 @@
 """The images of a camera as OpenGL draws them (`camera.backend=gl`).
 
-Colours follow the formula of `shading`, in steps of 1 / 255 of linear light. Lights with an extent shine from their
-middle, skies with an image light everything alike, and what has a texture of opacity or differs from corner to corner
-has one colour. What moves is as exact as float32 about the camera.
+Colours follow the formula of `sensors.camera.shading`, in steps of 1 / 255 of linear light. Lights with an extent shine
+from their middle, skies with an image light everything alike, and what has a texture of opacity or differs from corner
+to corner has one colour. What moves is as exact as float32 about the camera.
 """
 
 from __future__ import annotations
@@ -13,19 +13,19 @@ from typing import Any
 import numpy as np
 
 from graph.sim.geometry.surfaces import Mesh, Plane
-from graph.sim.opengl.scene import ABSENT, DARK, FARTHEST_M, MOST_LAMPS, SHOWN, DrawnScene, Eye, Lamp, Shape
+from sensors.camera.config import CameraConfig
+from sensors.camera.lens import ParallelLens
+from sensors.camera.lights import Light, Lighting
+from sensors.camera.looks import Looks
+from sensors.camera.paints import ByCorner, Paint, Textured
+from sensors.camera.rays import CameraRays
+from sensors.camera.smooth import Smooth
+from sensors.camera.view import View
 from sensors.raycast.rays import NO_SURFACE, NOTHING, Hits
 from sensors.raycast.standing import excluded
 from sensors.raycast.world import CastWorld
 
-from .config import CameraConfig
-from .lens import ParallelLens
-from .lights import Light, Lighting
-from .looks import Looks
-from .paints import ByCorner, Paint, Textured
-from .rays import CameraRays
-from .smooth import Smooth
-from .view import View
+from .scene import ABSENT, DARK, FARTHEST_M, MOST_LAMPS, SHOWN, DrawnScene, Eye, Lamp, Shape
 
 PLANE_M = 1e5
 """Half the side of the square that stands for an infinite plane."""
