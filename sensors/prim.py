@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
@@ -177,6 +178,11 @@ def value_of(prim: Usd.Prim, name: str) -> Any:
     """The value of an attribute; None if the prim does not have it."""
     attribute = prim.GetAttribute(name)
     return attribute.Get() if attribute else None
+
+
+def path_number(path: str) -> int:
+    """A number of 64 bits that follows from a prim path alone, for the seeds of random numbers."""
+    return int.from_bytes(hashlib.blake2b(path.encode(), digest_size=8).digest(), "little")
 
 
 def unknown_attributes(prim: Usd.Prim, prefix: str, families: Mapping[str, str]) -> Iterator[tuple[str, str]]:

@@ -5,7 +5,6 @@ After `product.sensor = Delayed(product.sensor, seconds="0.03")` the frames of a
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from fractions import Fraction
@@ -19,6 +18,7 @@ from graph.sim.renderer.wrapper import SensorWrapper
 
 from .errors import SensorValueError
 from .frame import Frame
+from .prim import path_number
 
 Corruptor = Callable[[np.ndarray, np.random.Generator], np.ndarray]
 """A channel's array and a random generator -> the array to give instead, of the same dtype and shape."""
@@ -69,8 +69,7 @@ class Corrupted(SensorWrapper):
     def __init__(self, sensor: Sensor, corruptors: Mapping[str, Corruptor], *, seed: int = 0) -> None:
         super().__init__(sensor)
         self._corruptors = dict(corruptors)
-        path = hashlib.blake2b(sensor.path.encode(), digest_size=8).digest()
-        self._seed = (seed, int.from_bytes(path, "little"))
+        self._seed = (seed, path_number(sensor.path))
         self._generator = np.random.default_rng(self._seed)
 
     def reset(self) -> None:

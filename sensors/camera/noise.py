@@ -6,13 +6,13 @@ by reading them out; pixels differ in gain and offset, always in the same way (E
 
 from __future__ import annotations
 
-import hashlib
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from graph.base.errors import UserError
 from graph.base.records import dataclass
+from sensors.prim import path_number
 
 from .names import numbers_of
 
@@ -69,5 +69,4 @@ def read_noise(prim: Usd.Prim) -> ImageNoise:
 
 def _generator(seed: int, path: str, *stream: int) -> np.random.Generator:
     """Random numbers that follow from the App's seed, the camera's path and the stream alone."""
-    digest = hashlib.blake2b(path.encode(), digest_size=8).digest()
-    return np.random.default_rng([seed & (2**64 - 1), int.from_bytes(digest, "little"), *stream])
+    return np.random.default_rng([seed & (2**64 - 1), path_number(path), *stream])

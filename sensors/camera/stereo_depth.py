@@ -5,7 +5,6 @@ d = f b / Z with the focal length f [px] and the baseline b; a step or an error 
 
 from __future__ import annotations
 
-import hashlib
 import math
 from functools import lru_cache
 from typing import Any
@@ -16,6 +15,7 @@ from graph.base.records import dataclass
 from graph.sim.transforms import apply
 from sensors.annotators.types import AnnotatorType, Reading
 from sensors.errors import SensorValueError
+from sensors.prim import path_number
 
 from .channels import RGB
 from .lens import Lens
@@ -151,8 +151,7 @@ def _read(reading: Reading) -> tuple[np.ndarray, np.ndarray]:
     frame = reading.frame
     if frame is None:
         return np.empty((0, 0), np.float32), np.empty((0, 0), np.float32)
-    path = hashlib.blake2b(frame.sensor_path.encode(), digest_size=8).digest()
-    generator = np.random.default_rng((reading.scene.seed, int.from_bytes(path, "little"), frame.frame_id))
+    generator = np.random.default_rng((reading.scene.seed, path_number(frame.sensor_path), frame.frame_id))
     stereo = read_stereo(reading.scene.stage, reading.product.path, reading.product.camera_path)
     return measured(frame.channel(DEPTH), stereo, generator)
 

@@ -34,9 +34,17 @@ MOST_RETURNS = 255
 
 STEEPEST_DEG = 90.0
 
-RAY_TYPES = ("IDEALIZED", "UNIFORM_BEAM", "GAUSSIAN_BEAM")
-INTENSITY_PROCESSINGS = ("NORMALIZATION", "CORRECTION", "RAW")
-"""The tokens of rayType and intensityProcessing; the first of each is what is modelled, whatever is chosen."""
+TOKENS = {
+    "scan_type": ("ROTARY", "SOLID_STATE"),
+    "ray_type": ("IDEALIZED", "UNIFORM_BEAM", "GAUSSIAN_BEAM"),
+    "intensity_processing": ("NORMALIZATION", "CORRECTION", "RAW"),
+    "intensity_mapping_type": ("LINEAR", "NONLINEAR", "NONLINEAR_ENCODING_ONLY", "NONLINEAR_DECODING_ONLY"),
+    "rotation_direction": ("CW", "CCW"),
+    "elements_coords_type": ("SPHERICAL", "CARTESIAN"),
+    "output_frame_of_reference": ("SENSOR", "WORLD", "CUSTOM"),
+    "output_motion_compensation_state": ("NONCOMPENSATED", "COMPENSATED", "NOT_APPLICABLE"),
+}
+"""The tokens of each field that has some; of rayType and intensityProcessing the first is what is modelled."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -183,7 +191,7 @@ class LidarConfig:
     def _bad_scalars(self) -> list[str]:
         problems = [
             f"{camel_case(name)} = {getattr(self, name)!r} is not one of {', '.join(tokens)}"
-            for name, tokens in _TOKENS.items()
+            for name, tokens in TOKENS.items()
             if getattr(self, name) not in tokens
         ]
         problems += [
@@ -252,16 +260,6 @@ _DEVIATIONS = (
         "min_reflection_range_m",
     ),
 )
-_TOKENS = {
-    "scan_type": ("ROTARY", "SOLID_STATE"),
-    "ray_type": RAY_TYPES,
-    "intensity_processing": INTENSITY_PROCESSINGS,
-    "intensity_mapping_type": ("LINEAR", "NONLINEAR", "NONLINEAR_ENCODING_ONLY", "NONLINEAR_DECODING_ONLY"),
-    "rotation_direction": ("CW", "CCW"),
-    "elements_coords_type": ("SPHERICAL", "CARTESIAN"),
-    "output_frame_of_reference": ("SENSOR", "WORLD", "CUSTOM"),
-    "output_motion_compensation_state": ("NONCOMPENSATED", "COMPENSATED", "NOT_APPLICABLE"),
-}
 
 
 def _not_finite(value: Any) -> bool:

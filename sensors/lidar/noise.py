@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import hashlib
-
 import numpy as np
 
 from graph.base.records import dataclass
+from sensors.prim import path_number
 
 from .config import LidarConfig
 from .pattern import Pattern
@@ -40,7 +39,7 @@ class Noise:
 
     def __init__(self, config: LidarConfig, pattern: Pattern, seed: int, path: str) -> None:
         self._config, self._pattern, self._seed = config, pattern, seed
-        self._path = int.from_bytes(hashlib.blake2b(path.encode(), digest_size=8).digest(), "little")
+        self._path = path_number(path)
         self._known: tuple[int, Errors] | None = None
         self._bias = _bias(config, pattern)
 

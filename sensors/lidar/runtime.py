@@ -12,8 +12,8 @@ from graph.sim.renderer.schedule import EveryUpdate, Tick, TickSchedule
 from sensors.motion.history import history_of
 from sensors.runtime import Measurement, SensorRuntime
 
-from .config import INTENSITY_PROCESSINGS, RAY_TYPES, LidarConfig
-from .names import PRIM_TYPE
+from .config import TOKENS, LidarConfig
+from .names import PRIM_TYPE, camel_case
 from .pattern import turns_of, windowed
 from .prim import read_config
 
@@ -77,14 +77,11 @@ class LidarRuntime(SensorRuntime[LidarConfig]):
                 self.path,
                 "scans of lidar.motion update are NONCOMPENSATED; use continuous, or frozen",
             )
-        for name, chosen, known in (
-            ("rayType", config.ray_type, RAY_TYPES),
-            ("intensityProcessing", config.intensity_processing, INTENSITY_PROCESSINGS),
-        ):
-            if chosen != known[0]:
-                scene.warn(
-                    "lidar-attribute-ignored", self.path, f"{name} {chosen} is not modelled; it acts as {known[0]}"
-                )
+        for name in ("ray_type", "intensity_processing"):
+            chosen, modelled = getattr(config, name), TOKENS[name][0]
+            if chosen != modelled:
+                said = f"{camel_case(name)} {chosen} is not modelled; it acts as {modelled}"
+                scene.warn("lidar-attribute-ignored", self.path, said)
         self.frame_facts = {
             "frame_of_reference": config.output_frame_of_reference,
             "motion_compensation": "COMPENSATED" if self.compensates else "NONCOMPENSATED",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 import re
@@ -16,16 +17,8 @@ from graph.base import exact
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.inputs import start_of
 
-from .config import (
-    EMITTER_INTEGERS,
-    INTENSITY_PROCESSINGS,
-    MIN_SCAN_RATE_HZ,
-    MOST_RETURNS,
-    RAY_TYPES,
-    STEEPEST_DEG,
-    EmitterState,
-    LidarConfig,
-)
+from .config import EMITTER_INTEGERS, MIN_SCAN_RATE_HZ, MOST_RETURNS, STEEPEST_DEG, TOKENS, EmitterState, LidarConfig
+from .names import camel_case
 
 _SPACE = re.compile(r"[ \t\n\r,:]*")
 _DECODER = json.JSONDecoder()
@@ -81,18 +74,9 @@ _NOT_NEGATIVE = (
     *("minDistBetweenEchos", "minReflectance", "minReflectanceRange"),
 )
 _EMITTER_ARRAYS = {
-    "azimuthDeg": "azimuth_deg",
-    "elevationDeg": "elevation_deg",
-    "fireTimeNs": "fire_time_ns",
-    "channelId": "channel_id",
-    "bank": "bank",
-    "rangeId": "range_id",
-    "vertOffsetM": "vert_offset_m",
-    "horOffsetM": "hor_offset_m",
-    "distanceCorrectionM": "distance_correction_m",
-    "focalDistM": "focal_dist_m",
-    "focalSlope": "focal_slope",
+    camel_case(one.name): one.name for one in dataclasses.fields(EmitterState) if one.name != "emitter_peak_power_w"
 }
+"""Key of an emitter state in a profile -> field."""
 
 
 def firing_rate_key(profile: Mapping[str, Any]) -> str:
@@ -289,15 +273,7 @@ _INTEGERS = {
     "numLines": "num_lines",
     "stateResolutionStep": "state_resolution_step",
 }
-_TOKENS = {
-    "rotationDirection": ("rotation_direction", ("CW", "CCW")),
-    "intensityProcessing": ("intensity_processing", INTENSITY_PROCESSINGS),
-    "intensityMappingType": (
-        "intensity_mapping_type",
-        ("LINEAR", "NONLINEAR", "NONLINEAR_ENCODING_ONLY", "NONLINEAR_DECODING_ONLY"),
-    ),
-    "rayType": ("ray_type", RAY_TYPES),
-}
+_TOKENS = ("rotation_direction", "intensity_processing", "intensity_mapping_type", "ray_type")
 
 
 def load_profile(path: str | Path) -> LidarConfig:
@@ -345,9 +321,9 @@ def parse_profile(document: Any, name: str, text: str = "") -> LidarConfig:
     for key, field in _INTEGERS.items():
         if key in profile:
             fields[field] = reader.integer(key, profile[key])
-    for key, (field, known) in _TOKENS.items():
-        if key in profile:
-            fields[field] = reader.token(key, profile[key], known)
+    for field in _TOKENS:
+        if (key := camel_case(field)) in profile:
+            fields[field] = reader.token(key, profile[key], TOKENS[field])
     lines = reader.array(("numRaysPerLine",), profile.get("numRaysPerLine", ()))
     fields["num_rays_per_line"] = tuple(int(n) for n in lines)
     ranges = reader.objects("ranges", profile.get("ranges"))

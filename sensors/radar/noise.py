@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
-
 import numpy as np
+
+from sensors.prim import path_number
 
 _STREAMS = ("cells", "angles", "range", "velocity", "azimuth", "elevation", "rcs")
 
@@ -13,8 +13,7 @@ class Noise:
     """The noise of one frame: it follows from the App's seed, the radar's path and the frame's number alone."""
 
     def __init__(self, seed: int, path: str, frame: int) -> None:
-        digest = hashlib.blake2b(path.encode(), digest_size=8).digest()
-        self._entropy = [seed & (2**64 - 1), int.from_bytes(digest, "little"), frame]
+        self._entropy = [seed & (2**64 - 1), path_number(path), frame]
 
     def normal(self, stream: str, count: int, mean: float, deviation: float) -> np.ndarray:
         """(count,) float64 normal numbers; of deviation 0 all are the mean."""

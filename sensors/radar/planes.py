@@ -18,7 +18,7 @@ from graph.sim.geometry.surfaces import Mesh, Plane
 from sensors.compiled import compiled, inlined
 from sensors.raycast.rays import NO_SURFACE, Hits
 from sensors.raycast.standing import excluded
-from sensors.raycast.world import CastWorld
+from sensors.raycast.world import CastWorld, once_a_world
 
 from .faces import SPREAD, Faces, patches, plane_axes
 from .images import plane_keys
@@ -234,12 +234,10 @@ def _together(alone: float, turned: float) -> float:
     return min(alone, math.sqrt(alone * turned)) if turned > STRAIGHT**2 else alone
 
 
+@once_a_world
 def planes_of(world: CastWorld) -> WorldPlanes:
     """The planes of a cast world, worked out once."""
-    found: WorldPlanes | None = world.cache.get("planes")
-    if found is None:
-        found = world.cache["planes"] = WorldPlanes(world)
-    return found
+    return WorldPlanes(world)
 
 
 def _faces_of(surfaces: Sequence[Mesh | Plane]) -> list[Faces]:

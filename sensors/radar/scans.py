@@ -20,7 +20,7 @@ from sensors.raycast.rays import RayBundle, RayMemory, turn
 from sensors.raycast.shared import cast_world, surface_materials
 from sensors.raycast.standing import excluded
 from sensors.raycast.windows import RayGrid
-from sensors.raycast.world import CastWorld
+from sensors.raycast.world import CastWorld, once_a_world
 from sensors.runtime import Measurement
 
 from .antenna import Antenna
@@ -188,12 +188,9 @@ class Scans:
         whole = cast_world(tick.scene)
         world = whole.facets
         bodies = world.body_poses(tick.poses)
-        key = f"scenery {scan.wavelength}"
-        if key not in world.cache:
-            world.cache[key] = Scenery(world, surface_materials(whole), scan.wavelength)
         return Setting(
             world=world,
-            scenery=world.cache[key],
+            scenery=_scenery(whole, scan.wavelength),
             bodies=np.zeros((0, 4, 4)) if bodies is None else bodies,
             twists=self._twists(tick, world, pose[:3, 3]),
             antenna=self._antenna(scan),
@@ -268,17 +265,19 @@ class Scans:
         return {name: array for name, array in arrays.items() if name in wanted}
 
 
+@once_a_world
+def _scenery(world: CastWorld, wavelength: float) -> Scenery:
+    return Scenery(world.facets, surface_materials(world), wavelength)
+
+
+@once_a_world
 def _boxes(world: CastWorld, exclude: frozenset[str]) -> np.ndarray:
     """Corners (s, 8, 3) [m] of the boxes around rigid meshes, in the frames of their bodies; NaN for all else."""
-    key = f"boxes {sorted(exclude)}"
-    found: np.ndarray | None = world.cache.get(key)
-    if found is None:
-        found = np.full((len(world.surfaces), 8, 3), np.nan)
-        for number, surface in enumerate(world.surfaces):
-            if not isinstance(surface, Mesh) or not len(surface.vertices) or surface.source in world.soft:
-                continue
-            if not excluded(surface.path, exclude):
-                ends = np.stack((surface.vertices.min(axis=0), surface.vertices.max(axis=0)))
-                found[number] = [[ends[i, 0], ends[j, 1], ends[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
-        world.cache[key] = found
+    found = np.full((len(world.surfaces), 8, 3), np.nan)
+    for number, surface in enumerate(world.surfaces):
+        if not isinstance(surface, Mesh) or not len(surface.vertices) or surface.source in world.soft:
+            continue
+        if not excluded(surface.path, exclude):
+            ends = np.stack((surface.vertices.min(axis=0), surface.vertices.max(axis=0)))
+            found[number] = [[ends[i, 0], ends[j, 1], ends[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
     return found

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -11,7 +10,7 @@ import numpy as np
 from graph.sim.renderer.schedule import Tick
 from sensors.gmo import ElementFlags
 from sensors.output_frame import pose_of
-from sensors.prim import unknown_attributes
+from sensors.prim import path_number, unknown_attributes
 from sensors.raycast.shared import cast_world
 from sensors.runtime import Measurement, SensorRuntime
 
@@ -117,6 +116,6 @@ class AcousticRuntime(SensorRuntime[AcousticConfig]):
         least, largest = self.config.noise
         if not largest:
             return 0.0
-        path = int.from_bytes(hashlib.blake2b(self.path.encode(), digest_size=8).digest(), "little")
+        path = path_number(self.path)
         seed = np.random.SeedSequence([self.scene.seed & (2**64 - 1), path, self._frames])
         return np.random.Generator(np.random.SFC64(seed)).uniform(least, largest, count)
