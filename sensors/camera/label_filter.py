@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from fnmatch import fnmatchcase
 from typing import Any
 
-from sensors.annotators.reading import Reading
+from sensors.annotators.types import Reading
 from sensors.errors import SensorValueError
 from sensors.surfaces.semantics import Labels
 
