@@ -15,7 +15,7 @@ RGB, HDR = "rgb", "HdrColor"
 LIT = frozenset({RGB, HDR})
 CROSS = "cross_correspondence"
 FIRST = 2
-"""The number of the first entity of each: 0 is nothing, 1 what has no label."""
+"""Number of the first entity of a kind; 0: no hit, 1: no label."""
 
 TIGHT, LOOSE, BOX = "bounding_box_2d_tight", "bounding_box_2d_loose", "bounding_box_3d"
 AROUND = "bounding_box_3d_360"

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class Instant:
-    """The camera (4, 4) and the bodies (b, 4, 4) at the time of a frame, float64 [m]; the world they are of."""
+    """One frame's state: the world, and the poses of the camera (4, 4) and of its bodies (b, 4, 4), float64 [m]."""
 
     world: CastWorld
     pose: np.ndarray
@@ -35,9 +35,9 @@ class Instant:
 
 
 def motion_vectors(lens: Lens, view: View, before: Instant | None, now: Instant) -> np.ndarray:
-    """(n, 2) float32 [px]: the place then less the place now, +x to the right, +y down.
+    """(n, 2) float32 [px]: a pixel's place in the earlier image less its place now, +x to the right, +y down.
 
-    0 where nothing is, for the first frame, and for what was where the lens does not see.
+    0 in the first frame, for pixels that show nothing, and for what was outside of the lens's view.
     """
     out = np.zeros((len(view.depth), 2), np.float32)
     if before is None or before.world is not now.world:

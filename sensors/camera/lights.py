@@ -27,20 +27,22 @@ BRIGHTEST = 1e20
 """Radiance [nit] beyond which lights count as that bright: float32 holds its products with what is near and large."""
 
 STRATA = 4
-"""An area light is so many times so many patches."""
+"""Patches along each side of an area light."""
 
 
 @dataclass(frozen=True, slots=True)
 class Light:
     """One light in one state of the world.
 
-    color: (3,) float32. Of a `far` light color is what it brings to a surface that faces it [lux], and `place` (3,) its
-    unit direction. Of any other place is its middle [m, from the camera]; it brings the sum over its patches of color
-    times cos(incidence) / d^2, and for `flat` ones times the cosine at the light, on whose side `axis` (3,) points, for
-    `long` ones times the sine of the angle to `axis`, along which they lie; one that is `carried` by the camera brings
-    color times cos(incidence). slide: what a projector throws, and (3, 3), from world axes to its own.
-    patches: (m, 3) [m, from the camera]. cone: about axis: the cosine of its half angle, its soft share, and the power
-    of the cosine by which it fades to its edge; or None. shadows: whether it casts any.
+    color: (3,) float32. place: (3,), its middle [m, from the camera]. patches: (m, 3) [m, from the camera].
+    Its irradiance is the sum over the patches of color cos(incidence) / d^2. The flags change that:
+    - far: color is the irradiance of a surface that faces it [lux], and place the unit direction towards it
+    - flat: times the cosine at the light; `axis` (3,) points to the side that shines
+    - long: times the sine of the angle to `axis`, along which the patches lie
+    - carried: the camera carries it, and its irradiance is color cos(incidence)
+    cone: about axis: the cosine of its half angle, its soft share, and the power of the cosine by which it fades to its
+    edge; or None. shadows: whether it casts any. slide: the pattern of a projector, and (3, 3) from world axes to its
+    own.
     """
 
     color: np.ndarray
@@ -163,8 +165,8 @@ def irradiance(light: Light, points: np.ndarray, normals: np.ndarray) -> tuple[n
 
 
 def _cone(light: Light, points: np.ndarray) -> np.ndarray:
-    """How much of a spot's light goes to points: all within the cone, less and less over its soft part; and less aside
-    for one with a focus.
+    """The share of a spot's light that reaches points: 1 within the cone, falling to 0 over its soft part. A focus
+    weakens it away from the axis.
     """
     assert light.cone is not None
     way = points - light.place[:, None]

@@ -15,7 +15,7 @@ from sensors.raycast.world import CastWorld
 from .shutter import FORWARD, ORDERS, RollingShutter
 
 BANDS = 32
-"""Bands of lines; in each bodies stand still, as in its middle. An error of v T / 64, for a readout of T."""
+"""Bands of lines; bodies stand still in each, as in its middle: an error of v T / 64 for a readout of T."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,11 +52,11 @@ class LineExposure:
         return line if self.shutter.order in FORWARD else self.shutter.lines(self.size) - 1 - line
 
     def rests(self, world: CastWorld) -> bool:
-        """Whether nothing but the camera moves meanwhile."""
+        """Whether only the camera moves during the exposure."""
         return not (world.bodies or world.soft) or self.history.rests(self.start, self.end, world.soft)
 
     def cast(self, world: CastWorld, bundle: RayBundle, *, normals: bool, spots: bool) -> Hits:
-        """What the rays of a bundle meet."""
+        """Casts a bundle: each band of lines at the state in the middle of its exposure."""
         duration, lines = self.end - self.start, self.shutter.lines(self.size)
         count = 1 if self.rests(world) else min(lines, BANDS)
         states = self.history.at([self.start + (2 * band + 1) * duration / (2 * count) for band in range(count)])

@@ -1,4 +1,4 @@
-"""What surfaces look like: base colour, emitted light and opacity of each, read from the stage."""
+"""The base colour, emitted light and opacity of each surface, read from the stage."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .networks import Coordinates, Networks, Source, Warn, transform_2d
 from .paints import OnPlane, Paint, Painter
 
 GREY = (0.18, 0.18, 0.18)
-"""Base colour of what nothing says, linear; as in UsdPreviewSurface."""
+"""Base colour of surfaces without one, linear; as in UsdPreviewSurface."""
 
 CUT = 0.5
 """Opacity below which a surface is not seen where its material gives no threshold."""
@@ -166,7 +166,7 @@ def _ends(path: str) -> list[int]:
 
 
 def _of_material(prim: Any, networks: Networks, warn: Warn) -> Material | None:
-    """What a Material says of colours; None for one that says nothing of them, such as a non-visual one."""
+    """The colours of a Material; None for one without colours, such as a non-visual one."""
     from graph.sim.usd import UsdShade
 
     material = UsdShade.Material(prim)
@@ -188,7 +188,7 @@ def _of_material(prim: Any, networks: Networks, warn: Warn) -> Material | None:
 
 
 def _displayed(painter: Painter, surface: Any) -> Material:
-    """What a prim without a material shows; where its colours fit to no corners, their mean."""
+    """The displayColor and displayOpacity of a prim without a material; one mean colour if they fit to no corners."""
     color = Source(_mean_color(painter, surface), primvar="displayColor")
     return Material(color, opacity=Source((1.0,), primvar="displayOpacity"))
 

@@ -30,9 +30,11 @@ class Coordinates:
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """Where the value of an input comes from: `texture` or `primvar`, or neither; then, and where these say nothing, it
-    is `plain`. channels: of the texture's red, green, blue and alpha. placed: whether a surface without coordinates is
-    `plain` too, and a plane has its own (`graph.sim.mjcf.looks`).
+    """Where the value of an input comes from: a texture, a primvar, or the plain value.
+
+    plain: also counts where texture and primvar have no value. channels: of the texture's red, green, blue and alpha.
+    placed: surfaces without coordinates have the plain value, and planes have coordinates of their own
+    (`graph.sim.mjcf.looks`).
     """
 
     plain: tuple[float, ...]
@@ -149,7 +151,7 @@ def _coordinates(given: Any) -> Coordinates:
 
 
 MOST_TRANSFORMS = 64
-"""Longer chains of UsdTransform2d, such as endless ones, give one place."""
+"""Most UsdTransform2d in a chain; longer ones, such as circles, give one place."""
 
 
 def transform_2d(scale: tuple[float, ...], degrees: float, translation: tuple[float, ...]) -> np.ndarray:

@@ -26,8 +26,8 @@ FRAME, PATTERN = 0, 1
 
 @dataclass(frozen=True, slots=True)
 class ImageNoise:
-    """All in electrons: what a pixel holds at white; the deviations of reading out and, from pixel to pixel, of the
-    offset; and the relative deviation of the gain.
+    """full_well: electrons in a white pixel. read: standard deviation of reading out [electrons]. gain, offset: their
+    standard deviations from pixel to pixel, relative and in electrons.
     """
 
     full_well: float = 10_000.0
@@ -54,7 +54,7 @@ ATTRIBUTES = {f"{PREFIX}{name}": "float" for name in ("fullWell", "readNoise", "
 
 
 def read_noise(prim: Usd.Prim) -> ImageNoise:
-    """The noise that a camera's attributes describe; the defaults where they say nothing. Raises UserError."""
+    """The noise by a camera's attributes; unset ones have the defaults. Raises UserError for wrong numbers."""
     found = []
     for name, default in zip(ATTRIBUTES, (10_000.0, 5.0, 0.0, 0.0), strict=True):
         attribute = prim.GetAttribute(name)

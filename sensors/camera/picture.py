@@ -24,11 +24,11 @@ from .smooth import Smooth, smooth_surfaces, smoothen
 from .view import View, look
 
 MOST_LAYERS = 32
-"""A ray ends behind so many unseen places, one behind the other."""
+"""Most transparent places that a ray passes."""
 
 
 def see_through(world: CastWorld, view: View, looks: Looks, far: float, state: Any) -> View:
-    """The view with what lies behind unseen places; the same view where all is seen.
+    """The view with what lies behind transparent places; the same view without any.
 
     far: distance from the image plane [m] that is shown. Of a rolling shutter, what lies behind is as in `state`.
     """

@@ -21,18 +21,18 @@ FORWARD = ("topToBottom", "leftToRight")
 
 @dataclass(frozen=True)
 class RollingShutter:
-    """order: one of `ORDERS`. offset: from the begin of a line to that of the next; exposure: of each line [s]."""
+    """order: one of `ORDERS`. offset: time between the starts of two lines [s]; exposure: of each line [s]."""
 
     order: str
     offset: Fraction
     exposure: Fraction
 
     def lines(self, size: tuple[int, int]) -> int:
-        """How many lines an image of width and height has."""
+        """Number of lines that are exposed one after the other, for a size (width, height)."""
         return size[1] if self.order in ORDERS[:2] else size[0]
 
     def duration(self, size: tuple[int, int]) -> Fraction:
-        """From the begin of the first line to the end of the last [s]."""
+        """Time from the start of the first line to the end of the last [s]."""
         return (self.lines(size) - 1) * self.offset + self.exposure
 
 

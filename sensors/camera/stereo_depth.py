@@ -30,7 +30,7 @@ ABOVE_ZERO = ("sensor_size_pixel", "focal_length_pixel", "baseline_mm")
 
 @dataclass(frozen=True)
 class StereoDepth:
-    """What OmniSensorDepthSensorSingleViewAPI says of a render product; names and defaults are the schema's.
+    """The attributes of OmniSensorDepthSensorSingleViewAPI on a render product, with the schema's names and defaults.
 
     focal_length_pixel and sensor_size_pixel: of the imager, whose width `sensor_size_pixel` the image stands for.
     noise_mean: the step of disparity [px], 0 switches step and noise off; noise_sigma: its standard error [px], the
@@ -70,7 +70,7 @@ NAMES = {
 
 
 def read_stereo(stage: Any, product: str, camera: str) -> StereoDepth:
-    """What the prim of a render product says, else the settings beside its camera, else the camera; else the defaults.
+    """The settings of a render product's prim, else those beside its camera, else of the camera, else the defaults.
 
     Raises SensorValueError for a number that is not finite or too small.
     """

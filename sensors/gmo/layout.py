@@ -172,7 +172,7 @@ XYZ_CHANNELS = {
     "CARTESIAN": ("xyz",),
     "NOT_APPLICABLE": ("txMount", "rxMount", "wayChannel"),
 }
-"""What x, y and z hold, by the kind of coordinates; NOT_APPLICABLE: those of an acoustic sensor."""
+"""Kind of coordinates -> the channels in x, y and z; NOT_APPLICABLE: those of an acoustic sensor."""
 
 
 def channels_for(level: AuxLevel, coords: str) -> frozenset[str]:

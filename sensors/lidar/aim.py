@@ -217,6 +217,6 @@ class Output:
 
 
 def _moved(points: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    """(k, 3) float64 of points through a rigid matrix, column by column, so that it does not depend on their number."""
+    """(k, 3) float64: points moved by a rigid matrix, by columns, so that bytes do not depend on their number."""
     x, y, z = points.astype(np.float64).T
     return np.stack([matrix[i, 0] * x + matrix[i, 1] * y + matrix[i, 2] * z + matrix[i, 3] for i in range(3)], 1)

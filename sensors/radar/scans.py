@@ -215,8 +215,8 @@ class Scans:
         return self._fans[number]
 
     def _close_looks(self, setting: Setting, scan: ScanConfig, fan: _Fan) -> tuple[np.ndarray | None, np.ndarray]:
-        """The surface (n,) of each of finer rays over what few rays of the fan meet; which those are,
-        (s + 1,) bool.
+        """Finer rays for surfaces that few rays of the fan meet: the surface (n,) of each, or None; and which surfaces
+        have them, (s + 1,) bool.
         """
         world = setting.world
         small = np.zeros(len(world.surfaces) + 1, bool)  # one more, for a miss

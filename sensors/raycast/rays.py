@@ -219,9 +219,9 @@ def cast_ranged(
     *,
     normals: bool = False,
 ) -> Hits:
-    """Hits of rays that begin at the first of two ranges [m] ahead of their origins, so that nothing nearer is hit.
+    """Hits of rays that start at the first of two ranges [m] ahead of their origins, so that nothing nearer is hit.
 
-    Hits farther than the second range from where the rays begin, from where their distances count, may be left out.
+    Distances count from that start; hits beyond the second range may be left out.
     origins: (n, 3) or (3,) float64, world [m]; directions: (n, 3), unit, world axes.
     """
     nearest, farthest = ranges
