@@ -136,7 +136,7 @@ def opened(title: Any = None, camera: Any = None, resolution: Any = SIZE) -> Vie
     while f"Viewport {number}" in taken:
         number += 1
     made = ViewportAPI(str(title or f"Viewport {number}"), str(camera or ""), resolution)
-    viewports().append(made)
+    kit().viewports.append(made)
     return made
 
 

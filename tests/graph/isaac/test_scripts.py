@@ -277,7 +277,7 @@ reading = contact.get_current_frame()
 print(reading["in_contact"], round(reading["force"]))
 app.close()
 """)
-    assert lines[0] == "['distance_to_image_plane', 'rendering_frame', 'rendering_time', 'rgba'] (48, 64, 4) 1.5"
+    assert lines[0] == "['distance_to_image_plane', 'rendering_frame', 'rendering_time', 'rgb', 'rgba'] (48, 64, 4) 1.5"
     assert lines[1] == "['GenericModelOutput', 'rendering_frame', 'rendering_time'] True"
     assert lines[2:] == ["[0.0, 0.0, 9.8]", "True 20"]  # m g = 2 * 9.81
 
