@@ -23,7 +23,7 @@ TYPES: Mapping[str, tuple[str, ...]] = {
     "action.flow": _of(
         "omni.graph.action", "Branch Gate Once Counter FlipFlop Multisequence Multigate SwitchToken Sequence"
     ),
-    "action.keyboard_events": _of("omni.graph.action", "OnKeyboardInput"),
+    "action.keyboard": (*_of("omni.graph.action", "OnKeyboardInput"), *_of("omni.graph.nodes", "ReadKeyboardState")),
     "action.latent": _of("omni.graph.action", "Countdown Delay"),
     "action.log": (*_of("omni.graph.action", "LogMessage"), *_of("omni.graph.ui_nodes", "PrintText")),
     "action.loops": _of("omni.graph.action", "ForLoop ForEach"),
@@ -58,7 +58,6 @@ TYPES: Mapping[str, tuple[str, ...]] = {
     "data.conversions": _of("omni.graph.nodes", "ToDouble ToString ToFloat ToHalf ToUint64 ToUchar ToToken"),
     "data.easing": _of("omni.graph.nodes", "InterpolateTo Ease Interpolator"),
     "data.functions": _of("omni.graph.nodes", "Sin Cos Tan Asin Acos Atan Ceil Floor Round ToDeg ToRad ATan2"),
-    "data.keyboard": _of("omni.graph.nodes", "ReadKeyboardState"),
     "data.logic": _of(
         "omni.graph.nodes",
         "BooleanAnd BooleanNand BooleanOr BooleanNor BooleanXor BooleanExpr BooleanNot SelectIf Compare",
@@ -91,7 +90,6 @@ TYPES: Mapping[str, tuple[str, ...]] = {
         "ReadPrimRelationship GetPrimRelationship WritePrimRelationship HasVariantSet GetVariantSetNames "
         "GetVariantNames GetVariantSelection",
     ),
-    "data.render_entry": _of("omni.graph.nodes", "GpuInteropRenderProductEntry"),
     "data.settings": _of("omni.graph.nodes", "ReadSetting WriteSetting StartTimeline"),
     "data.strings": _of(
         "omni.graph.nodes",
@@ -111,21 +109,17 @@ TYPES: Mapping[str, tuple[str, ...]] = {
         "BreakVector2 BreakVector3 BreakVector4 MakeVector2 MakeVector3 MakeVector4 Magnitude DotProduct CrossProduct "
         "Normalize Distance3D",
     ),
-    "isaac.annotator_clocks": _of(
-        "isaacsim.core.nodes",
-        "IsaacReadSimulationTimeAnnotator IsaacReadSystemTimeAnnotator",
-    ),
     "isaac.articulation": _of("isaacsim.core.nodes", "IsaacArticulationController"),
     "isaac.articulation_state": _of("isaacsim.core.nodes", "IsaacArticulationState"),
     "isaac.camera_info": _of("isaacsim.core.nodes", "IsaacReadCameraInfo"),
     "isaac.clocks": _of(
         "isaacsim.core.nodes",
-        "IsaacReadSimulationTime IsaacReadSystemTime IsaacRealTimeFactor IsaacTimeSplitter",
+        "IsaacReadSimulationTime IsaacReadSystemTime IsaacRealTimeFactor IsaacTimeSplitter "
+        "IsaacReadSimulationTimeAnnotator IsaacReadSystemTimeAnnotator",
     ),
     "isaac.copying": _of("isaacsim.core.nodes", "IsaacTestNode"),
     "isaac.depth": _of("isaacsim.core.nodes", "IsaacConvertDepthToPointCloud"),
     "isaac.gates": _of("isaacsim.core.nodes", "IsaacSimulationGate OgnIsaacRunOneSimulationFrame"),
-    "isaac.hydra_textures": _of("isaacsim.core.nodes", "IsaacAttachHydraTexture"),
     "isaac.images": _of(
         "isaacsim.core.nodes",
         "IsaacGenerateRGBA IsaacGenerate32FC1 IsaacConvertRGBAToRGB IsaacPassthroughImagePtr",
@@ -135,7 +129,7 @@ TYPES: Mapping[str, tuple[str, ...]] = {
     "isaac.outside": _of("isaacsim.core.nodes", "IsaacReadEnvVar IsaacReadFilePath"),
     "isaac.physics_step": _of("isaacsim.core.nodes", "OnPhysicsStep"),
     "isaac.poses": _of("isaacsim.core.nodes", "IsaacReadWorldPose"),
-    "isaac.render_products": _of("isaacsim.core.nodes", "IsaacCreateRenderProduct"),
+    "isaac.render_products": _of("isaacsim.core.nodes", "IsaacCreateRenderProduct IsaacAttachHydraTexture"),
     "isaac.stage_units": _of("isaacsim.core.nodes", "OgnIsaacScaleToFromStageUnit"),
     "isaac.transform_tree": _of("isaacsim.core.nodes", "IsaacComputeTransformTree"),
     "isaac.viewports": _of(
@@ -156,8 +150,7 @@ TYPES: Mapping[str, tuple[str, ...]] = {
     "robots.conveyor": _of("isaacsim.asset.gen.conveyor", "IsaacConveyor"),
     "robots.differential": _of("isaacsim.robot.wheeled_robots", "DifferentialController"),
     "robots.gripper": _of("isaacsim.robot.manipulators", "IsaacGripperController"),
-    "robots.holonomic": _of("isaacsim.robot.wheeled_robots", "HolonomicController"),
-    "robots.holonomic_setup": _of("isaacsim.robot.wheeled_robots", "HolonomicRobotUsdSetup"),
+    "robots.holonomic": _of("isaacsim.robot.wheeled_robots", "HolonomicController HolonomicRobotUsdSetup"),
     "robots.surface_gripper": _of("isaacsim.robot.surface_gripper", "SurfaceGripper"),
     "ros2.any_topic": _of("isaacsim.ros2.bridge", "ROS2Publisher ROS2Subscriber"),
     "ros2.boxes": _of("isaacsim.ros2.bridge", "ROS2PublishBbox2D ROS2PublishBbox3D"),
@@ -193,7 +186,10 @@ TYPES: Mapping[str, tuple[str, ...]] = {
     "sensing.imu": _of("isaacsim.sensors.physics", "IsaacReadIMU"),
     "sensing.joints": _of("isaacsim.sensors.physics", "IsaacReadEffortSensor IsaacReadJointState"),
     "sensing.raycast": _of("isaacsim.sensors.physics", "IsaacReadRaycastSensor"),
-    "syntheticdata.frames": _of("omni.syntheticdata", "SdFrameIdentifier SdOnNewFrame SdOnNewRenderProductFrame"),
+    "syntheticdata.frames": (
+        *_of("omni.syntheticdata", "SdFrameIdentifier SdOnNewFrame SdOnNewRenderProductFrame"),
+        *_of("omni.graph.nodes", "GpuInteropRenderProductEntry"),
+    ),
     "syntheticdata.render_vars": _of(
         "omni.syntheticdata",
         "SdPostRenderVarTextureToBuffer SdPostRenderVarToHost SdRenderVarPtr SdRenderVarToRawArray",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from importlib import import_module
 from typing import Any
 
@@ -48,8 +49,31 @@ def run(args: argparse.Namespace) -> int:
     }
     schema = json_schema(registry.all(), knobs, settings, prims, former_names())
     if args.tests:
-        from graph.testing.schema import tests_schema
-
-        schema = tests_schema(schema)
+        schema = _tests_schema(schema)
     say_json(schema)
     return 0
+
+
+def _tests_schema(graph_file: Mapping[str, Any]) -> dict[str, Any]:
+    """The schema (draft 2020-12) of test files; node types as in `graph_file`, the schema of graph files."""
+    from graph.testing.case_forms import CaseFile
+
+    schema: dict[str, Any] = {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "TickGraph test file",
+        **CaseFile.schema(),
+    }
+    definitions = schema["$defs"]
+    definitions.update({name: one for name, one in graph_file["$defs"].items() if name not in ("Case", "Expect")})
+    for setup in (schema, definitions["Case"]):
+        properties = setup["properties"]
+        for section in ("settings", "fidelity"):
+            properties[section] = {**graph_file["properties"][section], **_described(properties[section])}
+        if "NodeType" in definitions:
+            about = _described(properties["node"])
+            properties["node"] = {**about, "anyOf": [{"$ref": "#/$defs/NodeType"}, {"type": "null"}]}
+    return schema
+
+
+def _described(field: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: field[key] for key in ("description",) if key in field}

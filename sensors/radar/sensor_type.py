@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from graph.base.exact import shortest
+from sensors.annotators.outputs import empty_outputs, extract_point_cloud
+from sensors.annotators.types import AnnotatorType, Reading, with_info
 from sensors.channels import CHANNELS, Channel
 from sensors.prim import read_tick_rate, reading_problems
 from sensors.sensor_types import SensorType, register_sensor_type
 
-from .annotators import ANNOTATORS
 from .configs import author_config
 from .names import AUX_LEVELS, MODALITY, PRIM_TYPE
 from .prim import read_config
@@ -77,6 +78,35 @@ def _rows(facts: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
             f"{scan['rays']:,} rays; cells: {scan['range_cells']} of range, {velocities} of velocity, "
             f"{scan['azimuth_cells']} of azimuth, {scan['elevation_cells']} of elevation; CFAR {facts['cfar']}",
         )
+
+
+CLOUD = ("data", "azimuth", "elevation", "distance", "intensity", "timestamp", "radialVelocityMS")
+
+
+def _point_cloud(reading: Reading) -> dict[str, Any]:
+    frame, found = reading.frame, empty_outputs(CLOUD)
+    if frame is not None:
+        found |= extract_point_cloud(frame)
+    found["rcs"] = found["intensity"] if reading.options["outputIntensity"] else found.pop("intensity")
+    told = with_info(found, reading)
+    if frame is not None:
+        told["info"] |= {**frame.facts, "numDetections": frame.count}
+    return told
+
+
+ANNOTATORS = (
+    AnnotatorType(
+        "IsaacCreateRTXRadarPointCloud",
+        _point_cloud,
+        lambda reading: ("xyz", "azimuth", "elevation", "distance", "scalar", "timeOffsetNs"),
+        options=dict.fromkeys(("outputIntensity", "outputTimestamp", "outputRadialVelocityMS"), False),
+        optional=True,
+        modality=MODALITY,
+    ),
+)
+"""Points [m] as "data", "rcs" [dBsm], "radialVelocityMS" at level BASIC, angles, distances and times, whatever the
+options; with outputIntensity "rcs" as "intensity", too. "info" also has the scan, its cycle and its limits.
+"""
 
 
 register_sensor_type(

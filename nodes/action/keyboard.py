@@ -1,4 +1,4 @@
-"""Events of the keyboard; without a window, tests and scripts press the keys."""
+"""The keyboard: events of its keys, and which are down; without a window, tests and scripts press them."""
 
 from __future__ import annotations
 
@@ -84,3 +84,24 @@ def _listen(keyboard: Any, memory: Typed, key: str, wanted: dict[str, bool]) -> 
 
     stop: Callable[[], None] = keyboard.listen(told)
     return stop
+
+
+@node_type(
+    "omni.graph.nodes.ReadKeyboardState",
+    version=1,
+    volatile=True,
+    inputs={"key": Attribute("token", "the key to look at", default="A", allowed_tokens=KEYS)},
+    outputs={
+        "altOut": Attribute("bool", "whether an alt key is down"),
+        "ctrlOut": Attribute("bool", "whether a control key is down"),
+        "isPressed": Attribute("bool", "whether the key is down"),
+        "shiftOut": Attribute("bool", "whether a shift key is down"),
+    },
+)
+def read_keyboard_state(db: Database) -> None:
+    """Read which keys are down on the App's keyboard (`graph.sim.keyboard.keyboard_of`)."""
+    keyboard, key, outputs = keyboard_of(db.app), db.inputs.key, db.outputs
+    if key not in KEYS:
+        db.fail(f"input key is {key!r}, which is not a key; use a name such as A, Key1 or Space")
+    outputs.altOut, outputs.ctrlOut, outputs.shiftOut = keyboard.alt, keyboard.control, keyboard.shift
+    outputs.isPressed = key in keyboard.pressed
