@@ -66,18 +66,20 @@ def test_a_prism_fisheye_shifts_the_radial_image():
 
 
 def test_the_schema_of_a_prism_fisheye_counts_its_radius_in_pixels():
-    """k0 = 400 px a radian on a nominal image of twice the size: half of it here."""
+    """k0 = 400 px a radian on a nominal image of twice the size: half of it here. Prisms that are not authored have the
+    schema's values.
+    """
     with App(None) as app:
         add_camera(app)
         prim = app.stage.GetPrimAtPath("/World/Camera")
         prim.AddAppliedSchema("OmniLensDistortionRadTanThinPrismAPI")
         values = {"nominalWidth": 1280, "nominalHeight": 960, "opticalCenter": Gf.Vec2f(640, 480), "k0": 400, "k1": 40}
-        for name, value in {**values, "p1": 0.01, "s3": 0.02}.items():
+        for name, value in {**values, "p0": 0.0, "p1": 0.01, "s3": 0.02}.items():
             prim.GetAttribute(f"omni:lensdistortion:radTanThinPrism:{name}").Set(value)
         lens = read_config(prim, (640, 480), 1.0).lens
     assert isinstance(lens, PrismFisheyeLens)
     assert (lens.fx, lens.fy, lens.cx, *lens.coefficients[:3]) == pytest.approx((200, 200, 320, 1, 0.1, 0))
-    assert (lens.p, lens.s) == (pytest.approx((0, 0.01)), pytest.approx((0, 0, 0, 0.02)))
+    assert (lens.p, lens.s) == (pytest.approx((0, 0.01)), pytest.approx((-0.00058, -0.00022, 0.00019, 0.02)))
 
 
 def test_ftheta_is_an_angle_for_a_radius():
