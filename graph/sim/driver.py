@@ -58,7 +58,7 @@ class Driver(UpdateLoop):
         switches_mode: bool,
     ) -> None:
         super().__init__(world, simulation, rendering, timeline, run_loop, bus, phases)
-        self.timeline, self.settings, self.warn, self.rendering = timeline, settings, world.warn, rendering
+        self.settings, self.warn = settings, world.warn
         self._clock = simulation.clock
         self._waiting: list[asyncio.Future[float]] = []
         self._loop: asyncio.AbstractEventLoop | None = None

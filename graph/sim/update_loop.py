@@ -39,8 +39,8 @@ class UpdateLoop:
         """Whether the end of the run was requested (by a node ExitApplication); no update follows."""
         self.closed = False
         """Whether the App is closed, so that no update can run."""
-        self._world, self._simulation, self._scheduler = world, simulation, scheduler
-        self._timeline, self._bus = timeline, bus
+        self._world, self._simulation, self.rendering = world, simulation, scheduler
+        self.timeline, self._bus = timeline, bus
         self._timeline_state, self._timeline_phase = phases["timeline_state"], phases["timeline"]
         self._physics_phase, self._graphs_phase = phases["physics"], phases["simulation_graphs"]
         self._render_phase, self._frames_phase = phases["render"], phases["post_render_graphs"]
@@ -72,16 +72,16 @@ class UpdateLoop:
         try:
             for _ in range(steps):
                 self._update()
-                self._scheduler.end_update()
+                self.rendering.end_update()
                 self.update_index += 1
                 if self.exit_requested:
                     break
         finally:
-            self._scheduler.end_update()
+            self.rendering.end_update()
             self.phases.running = False
 
     def _update(self) -> None:
-        scheduler, bus, timeline = self._scheduler, self._bus, self._timeline
+        scheduler, bus, timeline = self.rendering, self._bus, self.timeline
         bus.begin_update()
         dt = self.run_loop.begin()
         if scheduler.frames_later:
@@ -141,18 +141,18 @@ class UpdateLoop:
 
     def deliver_frames(self) -> None:
         """Delivers rendered frames now that would arrive only with the next update (profile `isaacsim-6.0.1`)."""
-        if self._scheduler.pending_frames:
-            self._scheduler.deliver_pending()
+        if self.rendering.pending_frames:
+            self.rendering.deliver_pending()
             self._hand_over()
 
     def _hand_over(self) -> None:
-        if not self._scheduler.new_frames:
+        if not self.rendering.new_frames:
             return
         bus = self._bus
         began, io = perf_counter(), bus.io_seconds
         for callback in self._frames_phase.before:
             callback()
-        self._scheduler.hand_over()
+        self.rendering.hand_over()
         for callback in self._frames_phase.after:
             callback()
         bus.release()
