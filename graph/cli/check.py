@@ -81,8 +81,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "files",
         metavar="FILE",
         nargs="+",
-        help=f"graph file (.yaml, .json or .usda), *.test.yaml{kinds}; or a Python script, which is only "
-        "read: what graph exec cannot run of it, with --target what fails there",
+        help=f"graph file (.yaml, .json or .usda), *.test.yaml{kinds}; or a Python script, only read: "
+        "what graph exec cannot run of it, with --target what fails there",
     )
     parser.add_argument(
         "--target", choices=TARGETS, help="also tell what would fail or differ in that product, though not here"

@@ -298,7 +298,7 @@ def read_locks(scan: Scan, bodies: tuple[Body, ...], joints: tuple[Joint, ...], 
             continue
         why = ""
         if body.kinematic:
-            why = "a kinematic body moves as it is told; write other transforms"
+            why = "a kinematic body follows its transforms; write others"
         elif body.path in tied:
             why = "a joint holds this body; lock axes by the limits of its joints"
         if why:
