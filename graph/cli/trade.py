@@ -53,7 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="KEY=V1,V2,...",
         help="values of a fidelity knob, a node's input (NODE.ATTR) or an attribute of a prim "
-        "(/World/Lidar.omni:sensor:tickRate=5,10,20); may be repeated: every combination is run. KEY+KEY=... gives "
+        "(/World/Lidar.omni:sensor:tickRate=5,10,20); repeated: every combination is run. KEY+KEY=... gives "
         "several attributes the same value",
     )
     parser.add_argument(

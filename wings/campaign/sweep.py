@@ -37,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="KEY=V1,V2,...",
         help="values of a key (an option, a knob, NODE.ATTR, /PRIM/PATH.ATTR, a setting), a range as seed=0..99, or "
-        "draws such as x=uniform(0,1)*20; may be repeated: every combination is run",
+        "draws such as x=uniform(0,1)*20; repeated: every combination is run",
     )
     parser.add_argument("--points", type=Path, metavar="FILE.csv", help="points from a table: keys in its first line")
     parser.add_argument("--vary-seed", type=int, default=0, metavar="N", help="seed of the values that --vary draws")
