@@ -140,11 +140,12 @@ class _Reporting:
         """The App of the script."""
         from graph.session.runner import GraphRunner
         from graph.sim import App
+        from graph.sim.settings import NODE_ERRORS_STOP
         from graph.sim.timing.run_loop import RealClock
 
         args = self._args
         scene = options.pop("stage", None)
-        settings = {**options.pop("settings", {}), **args.settings}
+        settings = {NODE_ERRORS_STOP: False, **options.pop("settings", {}), **args.settings}  # as in Kit
         app = App(
             settings=settings,
             parity=args.parity,

@@ -24,8 +24,6 @@ INTERRUPTS_OFF = "/ext/omni.graph.action/disableInterrupts"
 """Setting: whether a trigger that reaches a sleeping node is ignored."""
 STOP_CLEARS_COMMANDS = "/tickgraph/stopClearsCommands"
 """Setting: whether a stop clears the inputs of the role "command"."""
-ERRORS_STOP = "/tickgraph/nodeErrorsStop"
-"""Setting: whether a node that raises ends the run; otherwise it is a warning and the run goes on."""
 
 Entry = tuple["Node", str, str]
 """A node that new frames start: node, triggered execution input, input that names the render product."""
@@ -225,7 +223,9 @@ class GraphRunner:
 
 def _on_error(app: App) -> OnError:
     """What a node that raises does to the run, by the App's settings."""
-    return "stop" if app.settings.get(ERRORS_STOP, True) else "continue"
+    from graph.sim.settings import NODE_ERRORS_STOP
+
+    return "stop" if app.settings.get(NODE_ERRORS_STOP, True) else "continue"
 
 
 def frame_entries(graph: Graph) -> Iterable[Entry]:

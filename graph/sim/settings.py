@@ -127,7 +127,9 @@ world's.
 STOP_CLEARS_COMMANDS = _setting("/tickgraph/stopClearsCommands", False, product=True)
 """At stop the command inputs of controllers keep what is written on them, or become 0 (empty, of arrays)."""
 NODE_ERRORS_STOP = _setting("/tickgraph/nodeErrorsStop", True, product=False)
-"""A compute that raises stops the run, or is logged and the run goes on."""
+"""A compute that raises stops the run, or is logged and the run goes on. Scripts run by `graph exec` always go on."""
+SENSOR_NODES_TAKE_BODIES = _setting("/tickgraph/sensorNodesTakeBodies", True, product=False)
+"""IsaacReadIMU and IsaacReadContactSensor read any prim on a rigid body, or fail without a sensor's prim."""
 ID_MAP_EXTENSION = _setting("/tickgraph/idMapExtension", True, product=False)
 """StableIdMap buffers hold ids without an entry too, for resolve_all, or not."""
 RADAR_IGNORES_TICK_RATE = _setting("/tickgraph/radarIgnoresTickRate", False, product=True)

@@ -42,7 +42,7 @@ def read_contact_sensor(db: Database) -> None:
     from sensors.inertial import attribute_of, body_of
 
     outputs, app = db.outputs, db.app
-    prim = sensor_prim(db, db.inputs.csPrim, "csPrim")
+    prim = sensor_prim(db, db.inputs.csPrim, "csPrim", "IsaacContactSensor")
     outputs.inContact, outputs.value, outputs.sensorTime = False, 0.0, 0.0
     if app.timeline.is_stopped() or not attribute_of(prim, "enabled", True):
         return

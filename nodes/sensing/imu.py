@@ -7,6 +7,7 @@ from typing import Any
 
 from graph.base.records import dataclass
 from graph.node import Attribute, Database, NodeAtLoad, node_type
+from graph.sim import settings as keys
 from graph.sim.scene.prim_paths import prim_at
 
 EVERY_STEP = "readings are always of the newest physics step"
@@ -24,13 +25,18 @@ def _release(db: Database) -> None:
         db.memory.unit = None
 
 
-def sensor_prim(db: Database, targets: Any, name: str) -> Any:
-    """The prim that a target input names. Fails the node unless it is exactly one prim, on the stage."""
+def sensor_prim(db: Database, targets: Any, name: str, kind: str = "") -> Any:
+    """The prim that a target input names. Fails the node unless it is exactly one prim, on the stage.
+
+    `kind`: the type of sensors that the node reads; other prims do only while settings let bodies stand for them.
+    """
     if len(targets) != 1:
         db.lack(f"input {name} names {len(targets)} prims; give it the path of one prim")
     prim = prim_at(db.app.stage, targets[0])
     if not prim:
         db.fail(f"there is no prim {targets[0]} on the stage; correct the path")
+    if kind and prim.GetTypeName() != kind and not db.app.settings.get(keys.SENSOR_NODES_TAKE_BODIES):
+        db.fail(f"{targets[0]} is not an {kind}; give {name} the path of one")
     return prim
 
 
@@ -77,7 +83,7 @@ def read_imu(db: Database) -> None:
     from sensors.inertial import InertialUnit, attribute_of, widths_of
 
     inputs, outputs, memory, app = db.inputs, db.outputs, db.memory, db.app
-    prim = sensor_prim(db, inputs.imuPrim, "imuPrim")
+    prim = sensor_prim(db, inputs.imuPrim, "imuPrim", "IsaacImuSensor")
     path = str(prim.GetPath())
     if path != memory.path or memory.unit is None:
         _release(db)

@@ -26,7 +26,7 @@ def _mechanism(db: Database, prim: Any) -> Any:
         "execIn": Attribute("execution", "reads the sensor"),
         "prim": Attribute("target", "a revolute or prismatic joint"),
         "useLatestData": Attribute("bool", "has no effect", default=False, deprecated=EVERY_STEP),
-        "enabled": Attribute("bool", "if not, there are no readings", default=True, deprecated="gate execIn instead"),
+        "enabled": Attribute("bool", "has no effect", default=True, deprecated="gate execIn instead"),
         "sensorPeriod": Attribute("float", "has no effect", default=0, unit="s", deprecated=EVERY_STEP),
     },
     outputs={
@@ -42,7 +42,7 @@ def read_effort_sensor(db: Database) -> None:
     app, outputs = db.app, db.outputs
     prim = sensor_prim(db, db.inputs.prim, "prim")
     outputs.value = outputs.sensorTime = 0.0
-    if app.timeline.is_stopped() or not db.inputs.enabled:
+    if app.timeline.is_stopped():
         return
     articulation = _mechanism(db, prim)
     path = str(prim.GetPath())

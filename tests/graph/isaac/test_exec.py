@@ -135,3 +135,20 @@ def test_nothing_is_left_behind(run_script):
 def test_a_missing_script_is_wrong_input(capsys, tmp_path):
     assert main(["exec", str(tmp_path / "none.py")]) == 2
     assert "give the path of a Python script" in capsys.readouterr().err
+
+
+def test_a_node_that_fails_is_reported_and_the_script_goes_on_as_in_kit(run_script):
+    edit = (
+        "import omni.graph.core as og, omni.timeline\n"
+        "og.Controller.edit({'graph_path': '/G', 'evaluator_name': 'execution'}, {\n"
+        "    'create_nodes': [('tick', 'OnPlaybackTick'), ('read', 'IsaacReadEffortSensor')],\n"
+        "    'connect': [('tick.outputs:tick', 'read.inputs:execIn')]})\n"
+        "omni.timeline.get_timeline_interface().play()\n"
+        "for _ in range(3):\n    app.update()\nprint(og.Controller.get('/G/read.outputs:value'))\n"
+    )
+    code, out, err = run_script(f"{APP}{edit}app.close()\n")
+    assert (code, out) == (0, "0.0\n")
+    assert "warning compute-failed: /G/read: input prim names 0 prims; give it the path of one prim (3 times)" in err
+    code, _, err = run_script(f"{APP}{edit}app.close()\n", "--/tickgraph/nodeErrorsStop=true")
+    assert code == 1
+    assert "failed in update 0: input prim names 0 prims" in err

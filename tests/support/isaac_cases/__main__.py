@@ -44,6 +44,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--module-limit", type=float, default=900.0, metavar="S", help="time of a module [s]")
     parser.add_argument("--helpers", default="", metavar="NAMES", help="modules that come from the folders, too")
     parser.add_argument("--no-cuda", action="store_true", help='leave "cuda" out of the lists of devices in tests')
+    parser.add_argument("--parity", default="documented", help="the profile, as in graph exec")
     parser.add_argument("--exec", default="", metavar="OPTIONS", help="options of graph exec: --exec=--rclpy")
     parser.add_argument("--trace", action="store_true", help="print tracebacks")
     options = parser.parse_args(arguments)
@@ -73,7 +74,10 @@ def run(module: str, folders: list[Path], options: argparse.Namespace, only: str
     """Runs one module of tests in a process of its own, or in several."""
     with tempfile.TemporaryDirectory() as place:
         out = Path(place) / "cases.json"
-        command = [sys.executable, "-m", "graph", "exec", *options.exec.split(), str(SCRIPT), module, str(out)]
+        command = [sys.executable, "-m", "graph", "exec", "--parity", options.parity, *options.exec.split()]
+        for folder in folders:
+            command += ["--allow", str(folder)]
+        command += [str(SCRIPT), module, str(out)]
         beside = sorted({one for folder in folders for one in folder.parent.iterdir()} - {*folders})
         command += [
             str(options.limit),

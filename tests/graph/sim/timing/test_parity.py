@@ -46,6 +46,21 @@ graphs:
       - tick.tick -> fails.execIn
       - tick.tick -> note.execIn
 """
+BODIES = """\
+    /World/Ground: {type: Plane, collision: true}
+    /World/Box: {type: Cube, size: 1.0, translate: [20, 0, 0.5], rigid_body: true, collision: true, mass: 1.0}
+"""
+AT_REST = """\
+graphs:
+  /World/G:
+    nodes:
+      tick: OnPlaybackTick
+      imu: {type: IsaacReadIMU, inputs: {imuPrim: /World/Box}}
+      contact: {type: IsaacReadContactSensor, inputs: {csPrim: /World/Box}}
+    connections:
+      - tick.tick -> imu.execIn
+      - tick.tick -> contact.execIn
+"""
 FLAT_3D = """\
 graphs:
   /World/G:
@@ -76,10 +91,10 @@ def run(tmp_path):
     """Opens the App of a graph file with this text after the scene: run(text, parity, settings)."""
     opened = []
 
-    def open_app(text="", parity=DOCUMENTED, settings=None, **clock):
+    def open_app(text="", parity=DOCUMENTED, settings=None, *, scene=SCENE, **clock):
         file = tmp_path / f"{len(opened)}.yaml"
         clock = ", ".join(f"{key}: {value}" for key, value in {"parity": parity, **clock}.items())
-        file.write_text(f"{SCENE}clock: {{{clock}}}\n{text.replace('FULL', 'true')}")
+        file.write_text(f"{scene}clock: {{{clock}}}\n{text.replace('FULL', 'true')}")
         app = App.from_file(file, settings=settings)
         app.sink = MemorySink()
         app.bus.subscribe(app.sink)
@@ -464,6 +479,19 @@ def test_row_compute_that_raises(run, parity, settings, value):
     app.update(3)
     assert app.graphs["/World/G"].nodes["note"].get("count") == 3
     assert [warning.count for warning in app.warnings if warning.code == "compute-failed"] == [3]
+
+
+@both(keys.SENSOR_NODES_TAKE_BODIES)
+@pytest.mark.parametrize("node", ["imu", "contact"])
+def test_row_prims_of_sensor_nodes(run, node, parity, settings, value):
+    # 1 kg at rest on the ground: 9.81 m/s^2 up, 9.81 N; without a sensor's prim the outputs keep their zeros.
+    app = run(AT_REST, parity, {keys.NODE_ERRORS_STOP: False, **settings}, scene=SCENE + BODIES)
+    app.play()
+    app.update(60)
+    read = app.graphs["/World/G"].nodes
+    felt = {"imu": read["imu"].get("outputs:linAcc")[2], "contact": read["contact"].get("outputs:value")}[node]
+    assert felt == pytest.approx(9.81 if value else 0.0, rel=1e-2)
+    assert sum(one.count for one in app.warnings if one.code == "compute-failed") == (0 if value else 120)
 
 
 @both(keys.RADAR_IGNORES_TICK_RATE)
