@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import Mark
+from graph.base.records import dataclass
 from graph.session.graph_links import Links
 
 if TYPE_CHECKING:
@@ -33,13 +34,38 @@ def finds(code: str) -> Callable[[Finder], Finder]:
     return register
 
 
-class Case:
-    """A graph file, as the rules see it. settings: the file's, over the defaults of its profile."""
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A render product that a script makes of a sensor, or what it asks of one: names of outputs; and where."""
 
-    def __init__(self, spec: FileSpec, graphs: list[Graph], stage: Usd.Stage, settings: Settings) -> None:
+    prim: str
+    names: tuple[str, ...]
+    mark: Mark
+
+    @property
+    def subject(self) -> str:
+        """What findings call it."""
+        return f"line {self.mark.line}, column {self.mark.column}"
+
+
+class Case:
+    """A graph file, as the rules see it. settings: the file's, over the defaults of its profile.
+
+    by_script: what a script asks of sensors beside its graphs.
+    """
+
+    def __init__(
+        self,
+        spec: FileSpec,
+        graphs: list[Graph],
+        stage: Usd.Stage,
+        settings: Settings,
+        by_script: Sequence[Asked] = (),
+    ) -> None:
         self.spec = spec
         self.stage = stage
         self.settings = settings
+        self.by_script = by_script
         self.links = Links(graphs)
         self.written: Mapping[str, NodeSpec] = {
             f"{graph.path}/{node.name}": node for graph in spec.graphs for node in graph.nodes
@@ -69,8 +95,9 @@ class Case:
         ]
 
     def rendered(self, *types: str) -> list[Usd.Prim]:
-        """The prims of these types that nodes have rendered."""
-        prims = {path: self.stage.GetPrimAtPath(path) for _, path in self.makers}
+        """The prims of these types that nodes or a script have rendered."""
+        paths = (*(path for _, path in self.makers), *(one.prim for one in self.by_script))
+        prims = {path: self.stage.GetPrimAtPath(path) for path in paths}
         return [prim for prim in prims.values() if prim and prim.GetTypeName() in types]
 
     def sensors_behind(self, node: Node) -> list[Usd.Prim]:
@@ -89,6 +116,9 @@ class Case:
     def mark(self, subject: str) -> Mark | None:
         """The place in the file at which something is written (see `Found`)."""
         spec = self.spec
+        for one in self.by_script:
+            if one.subject == subject:
+                return one.mark
         if subject.startswith("clock"):
             return spec.clock.mark
         if mark := spec.marks.get(("settings", subject)):

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from graph.sim.settings import Settings
     from graph.spec.file_spec import FileSpec, Note
 
+    from .case import Asked
+    from .syntax import Script
+
 
 @dataclass(frozen=True, slots=True)
 class Finding:
@@ -51,13 +54,21 @@ class Finding:
 
 
 def file_findings(
-    target: str, spec: FileSpec, graphs: list[Graph], stage: Usd.Stage, settings: Settings
+    target: str,
+    spec: FileSpec,
+    graphs: list[Graph],
+    stage: Usd.Stage,
+    settings: Settings,
+    by_script: Sequence[Asked] = (),
 ) -> list[Finding]:
-    """What fails or differs in the target though the file works here, in the order of the rules."""
+    """What fails or differs in the target though the file works here, in the order of the rules.
+
+    by_script: of the file that a script amounts to, what the script asks of sensors.
+    """
     from . import clocks, sensors, wiring  # noqa: F401  (they declare what finds the rules)
     from .case import FINDERS, Case
 
-    case = Case(spec, graphs, stage, settings)
+    case = Case(spec, graphs, stage, settings, by_script)
     accepted = str(settings.get(keys.ACCEPTED_FINDINGS) or "").split()
     return [
         Finding(rule, case.mark(subject), subject, detail)
@@ -69,7 +80,10 @@ def file_findings(
 
 
 def script_findings(target: str, path: str | Path) -> list[Finding]:
-    """The same for a Python script, by its syntax tree, in the order of its lines. Raises as `read_script`."""
+    """The same for a Python script, by its syntax tree, in the order of its lines. Raises as `read_script`.
+
+    What the script authors by constants is looked at as a graph file too.
+    """
     from .script_rules import FINDERS
     from .syntax import read_script
 
@@ -81,7 +95,38 @@ def script_findings(target: str, path: str | Path) -> list[Finding]:
         for finder in FINDERS.get(rule.code, ())
         for place, detail in finder(script)
     ]
-    return sorted(dict.fromkeys(found), key=lambda one: (one.mark or Mark("", 0, 0), one.rule.code))
+    first: dict[tuple[str, Mark | None], Finding] = {}
+    for one in (*found, *_of_draft(target, script)):
+        first.setdefault((one.rule.code, one.mark), one)
+    return sorted(first.values(), key=lambda one: (one.mark or Mark("", 0, 0), one.rule.code))
+
+
+def _of_draft(target: str, script: Script) -> Iterator[Finding]:
+    """The findings in the graph file that a script amounts to, as far as its constants decide them."""
+    from graph.session.open import build_parts
+    from graph.sim.settings import Settings, apply_profile
+    from graph.spec.migration import migrate
+
+    from .script_rules.authored import named
+    from .script_rules.draft import author_rest, draft
+
+    drawn = draft(script)
+    spec = migrate(drawn.spec)
+    for code, where, message in spec.notes:
+        if code == "attribute-removed":
+            file, line, column = where.rsplit(":", 2)
+            yield Finding(RULES[code], Mark(file, int(line), int(column)), "", message)
+    parts = build_parts(spec)
+    settings = Settings(dict(spec.settings))
+    apply_profile(settings, spec.clock.parity)
+    messages = "\n".join(problem.message for problem in parts.problems)
+    unread = tuple(f"{path}." for path in spec.scene.prims if f"{path}: config: " in messages)
+    if parts.stage is not None:
+        author_rest(parts.stage, drawn.values)
+        for one in file_findings(target, spec, parts.graphs, parts.stage, settings, drawn.asked):
+            mark = one.mark or spec.clock.mark
+            if drawn.decides(one.subject, one.detail) and not f"{one.subject}.".startswith(unread) and mark is not None:
+                yield Finding(one.rule, mark, named(one.subject), named(one.detail))
 
 
 def without_twins(notes: Iterable[Note], findings: Sequence[Finding]) -> Iterator[Note]:

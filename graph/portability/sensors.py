@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
@@ -169,14 +169,14 @@ def _level_too_low(case: Case) -> Iterator[Found]:
     from sensors.channels import CHANNELS
     from sensors.prim import read_aux_level
 
-    for node, prim, channels in consumers(case):
+    for asker, prim, channels in _asks(case):
         level = read_aux_level(prim)
         above = {name: CHANNELS[name].level for name in channels if name in CHANNELS and CHANNELS[name].level > level}
         if above:
             needed = max(above.values()).name
             yield (
                 str(prim.GetPath()),
-                f"{node.path} asks for {', '.join(sorted(above))}, which need aux_output_level {needed}; "
+                f"{asker} asks for {', '.join(sorted(above))}, which need aux_output_level {needed}; "
                 f"it has {level.name}",
             )
 
@@ -200,9 +200,9 @@ def _no_ids(case: Case) -> Iterator[Found]:
 def _asked_in_vain(case: Case, channel: str) -> Iterator[Found]:
     from sensors.channels import CHANNELS
 
-    for node, prim, channels in () if case.setting(CHANNELS[channel].setting) else consumers(case):
+    for asker, prim, channels in () if case.setting(CHANNELS[channel].setting) else _asks(case):
         if channel in channels:
-            yield node.path, f"it asks {prim.GetPath()} for {channel}"
+            yield asker, f"it asks {prim.GetPath()} for {channel}"
 
 
 @finds("object-id-map-off")
@@ -219,20 +219,31 @@ def consumers(case: Case) -> Iterator[tuple[Node, Usd.Prim, frozenset[str]]]:
             yield from ((node, prim, channels) for prim in case.sensors_behind(node) if prim)
 
 
+def _asks(case: Case) -> Iterator[tuple[str, Usd.Prim, frozenset[str]]]:
+    """What asks a sensor for quantities beyond the points: a node or a place of a script, the sensor, the channels."""
+    yield from ((node.path, prim, channels) for node, prim, channels in consumers(case))
+    for one in case.by_script:
+        if channels := _named_channels(one.names):
+            yield one.subject, case.stage.GetPrimAtPath(one.prim), channels
+
+
 def _channels(case: Case, node: Node) -> frozenset[str]:
     """The channels of a node's metadata and of its switches `output...`, as far as the file decides them."""
-    from nodes.ros2.point_clouds import CLOUD_FIELDS
-    from sensors.annotators.outputs import LABELS
-
     named = [str(name) for name in node.get("selectedMetadata") or ()] if "selectedMetadata" in node.type.inputs else []
     switches = [node]
     switches += [one.source for one in case.links.into.get(node, ()) if one.input == "selectedMetadata"]
     named += [
-        name.removeprefix("output")
-        for one in switches
-        for name in one.type.inputs
-        if name.startswith("output") and one.get(name) is True
+        name for one in switches for name in one.type.inputs if name.startswith("output") and one.get(name) is True
     ]
+    return _named_channels(named)
+
+
+def _named_channels(named: Iterable[str]) -> frozenset[str]:
+    """The channels of metadata and outputs by their names."""
+    from nodes.ros2.point_clouds import CLOUD_FIELDS
+    from sensors.annotators.outputs import LABELS
+
+    named = [name.removeprefix("output") for name in named]
     fields = {name: CLOUD_FIELDS[name].channel for name in named if name in CLOUD_FIELDS}
     labels = {name: LABELS.get(name[:1].lower() + name[1:], "") for name in named}
     return frozenset(filter(None, (fields.get(name) or labels[name] for name in named)))

@@ -9,10 +9,13 @@ import ast
 import warnings
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.inputs import read_text
 from graph.base.records import dataclass, field
+
+from .constants import Folder, NotConstant
 
 MOST_NAMES = 100
 """Longest chain of names that is followed."""
@@ -63,14 +66,12 @@ class Script:
                 return ""
         return ""
 
-    def value_of(self, node: ast.AST | None) -> object:
-        """The value of an expression of constants (names of constants, tuples, lists, dicts too); None if unknown."""
-        if isinstance(node, ast.Name):
-            node = self.values.get(node.id)
+    def value_of(self, node: ast.AST | None) -> Any:
+        """The value of an expression of constants, names of constants included; None if only a run knows it."""
         try:
-            return ast.literal_eval(node) if isinstance(node, ast.expr) else None
-        except (ValueError, TypeError, SyntaxError, RecursionError, MemoryError):
-            return _number(node)
+            return Folder(self.values.get).value(node)
+        except (NotConstant, RecursionError):
+            return None
 
     def bodies(self) -> Iterator[list[ast.AST]]:
         """The statements and expressions of the module and of each function, each body in textual order."""
@@ -86,15 +87,6 @@ class Script:
                 body.append(node)
                 stack += reversed([*ast.iter_child_nodes(node)])
             yield body
-
-
-def _number(node: ast.AST | None) -> float | None:
-    """A quotient of numbers, such as 1 / 60; None for anything else."""
-    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Div):
-        parts = [one.value for one in (node.left, node.right) if isinstance(one, ast.Constant)]
-        if len(parts) == 2 and all(isinstance(one, int | float) for one in parts) and parts[1]:
-            return float(parts[0]) / float(parts[1])  # type: ignore[arg-type]
-    return None
 
 
 def read_script(path: str | Path) -> Script:

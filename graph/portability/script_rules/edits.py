@@ -1,4 +1,4 @@
-"""Rules on the action graphs that a script edits by `Controller`."""
+"""The action graphs that a script edits by `Controller`, and rules on what its edits say."""
 
 from __future__ import annotations
 
@@ -6,99 +6,128 @@ import ast
 from collections.abc import Iterator
 from typing import Any
 
+from graph.base.records import dataclass, field
 from graph.portability.syntax import Script
-from graph.portability.wiring import REPLACED, last_part
 
 from .reading import Found, argument, finds
 
+NODE, VALUE, WIRE = "CREATE_NODES", "SET_VALUES", "CONNECT"
 
-@finds("node-deprecated")
-def _nodes(script: Script) -> Iterator[Found]:
-    for node, _, kind in _created(script):
-        if instead := REPLACED.get(last_part(kind)):
-            yield node, f"{last_part(kind)} gives way to {instead}"
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One entry of an edit. graph: its path, "" if unknown; name: of a node, an input or an output; value: as written.
+
+    The value of a node is its type, of a connection its target, of an input what it is set to (None: only a run
+    knows).
+    """
+
+    place: ast.AST
+    graph: str
+    name: str
+    value: Any
+
+
+@dataclass(slots=True)
+class Edits:
+    """All edits of a script, in the order of its text."""
+
+    nodes: list[Entry] = field(default_factory=list)
+    values: list[Entry] = field(default_factory=list)
+    wires: list[Entry] = field(default_factory=list)
+    stages: dict[str, str] = field(default_factory=dict)
+    """The last word of the pipeline stage by the graph's path."""
+
+
+def edits_of(script: Script) -> Edits:
+    """What the dicts of `Controller.edit` say, wherever they stand, and its methods for single edits."""
+    found = Edits()
+    graphs: dict[int, str] = {}
+    for call, name in script.called:
+        last = name.rpartition(".")[2]
+        if last == "edit":
+            given = argument(call, 1, "edit_commands")
+            given = script.values.get(given.id) if isinstance(given, ast.Name) else given
+            graphs[id(given)] = _graph(script, argument(call, 0, "graph_id"), found)
+        elif last in ("create_node", "connect", "set") and "Controller" in name:
+            _single(script, call, last, found)
+    kinds = {NODE: found.nodes, VALUE: found.values, WIRE: found.wires}
+    for node in script.nodes:
+        for key, value in zip(node.keys, node.values, strict=True) if isinstance(node, ast.Dict) else ():
+            if isinstance(key, ast.Attribute) and key.attr in kinds:
+                for place, name, second in _entries(script, value):
+                    entry = Entry(place, graphs.get(id(node), ""), name, script.value_of(second))
+                    if key.attr == VALUE or isinstance(entry.value, str):
+                        kinds[key.attr].append(entry)
+    return found
+
+
+def _graph(script: Script, node: ast.expr | None, found: Edits) -> str:
+    """The path of the edited graph; for one that only a run knows, a path of its own."""
+    settings: dict[Any, ast.expr] = {}
+    if isinstance(node, ast.Dict):
+        settings = {script.value_of(key): value for key, value in zip(node.keys, node.values, strict=True)}
+        node = settings.get("graph_path")
+    path = script.value_of(node)
+    if not isinstance(path, str) or not path.startswith("/"):
+        path = f"/graph_{getattr(node, 'lineno', 0)}"
+    if stage := settings.get("pipeline_stage"):
+        found.stages[path] = script.name_of(stage).rpartition("_")[2]
+    return path
+
+
+def _single(script: Script, call: ast.Call, method: str, found: Edits) -> None:
+    first, second = (script.value_of(one) for one in (*call.args[:2], None, None)[:2])
+    if method == "set" and call.args and isinstance(call.args[0], ast.Call) and call.args[0].args:
+        first = script.value_of(call.args[0].args[0])  # Controller.set(Controller.attribute(PATH), value)
+    if not isinstance(first, str) or first.count("/") < 2:
+        return
+    graph, _, name = first.rpartition("/")
+    if method == "set":
+        found.values.append(Entry(call, graph, name, second))
+    elif method == "create_node" and isinstance(second, str):
+        found.nodes.append(Entry(call, graph, name, second))
+    elif method == "connect" and isinstance(second, str):
+        found.wires.append(Entry(call, graph, name, second.rpartition("/")[2]))
+
+
+def _entries(script: Script, node: ast.expr) -> Iterator[tuple[ast.AST, str, ast.expr]]:
+    given = script.values.get(node.id) if isinstance(node, ast.Name) else node
+    for entry in [given] if isinstance(given, ast.Tuple) else getattr(given, "elts", []):
+        if isinstance(entry, ast.Tuple | ast.List) and len(entry.elts) >= 2:
+            name = script.value_of(entry.elts[0])
+            if isinstance(name, str):
+                yield entry, name, entry.elts[1]
 
 
 @finds("type-renamed")
 def _old_types(script: Script) -> Iterator[Found]:
     from graph.spec.migration import migrated_type
 
-    for node, _, kind in _created(script):
-        present, said = migrated_type(kind)
-        if said and present != kind:
-            yield node, f'"{kind}" is now called "{present}"'
+    for one in edits_of(script).nodes:
+        present, said = migrated_type(one.value)
+        if said and present != one.value:
+            yield one.place, f'"{one.value}" is now called "{present}"'
 
 
 @finds("frame-skip-deprecated")
 def _skipped(script: Script) -> Iterator[Found]:
-    yield from (
-        (node, f"{name} is {value}") for node, name, value in _set(script) if name.endswith(":frameSkipCount") and value
-    )
+    for one in edits_of(script).values:
+        if one.name.endswith(":frameSkipCount") and one.value:
+            yield one.place, f"{one.name} is {one.value}"
+    for call, _ in script.called:
+        if count := script.value_of(argument(call, 99, "frameSkipCount")):
+            yield call, f"frameSkipCount is {count}"
 
 
 @finds("full-scan-deprecated")
 def _whole(script: Script) -> Iterator[Found]:
-    yield from ((node, f"{name} is set") for node, name, _ in _set(script) if name.endswith(":fullScan"))
-
-
-@finds("gate-step-zero")
-def _gates(script: Script) -> Iterator[Found]:
-    gates = {name for _, name, kind in _created(script) if last_part(kind) == "IsaacSimulationGate"}
-    for node, name, value in _set(script):
-        if value == 0 and name.endswith(".inputs:step") and name.rpartition(".")[0] in gates:
-            yield node, f"{name} is 0"
+    yield from ((one.place, f"{one.name} is set") for one in edits_of(script).values if one.name.endswith(":fullScan"))
+    yield from ((call, "fullScan is set") for call, _ in script.called if argument(call, 99, "fullScan") is not None)
 
 
 @finds("joint-indices-zero")
 def _joints(script: Script) -> Iterator[Found]:
-    for node, name, value in _set(script):
-        if name.endswith(".inputs:jointIndices") and value in ([0], (0,)):
-            yield node, f"{name} is [0]"
-
-
-@finds("timeline-stamp")
-def _stamps(script: Script) -> Iterator[Found]:
-    kinds = {name: last_part(kind) for _, name, kind in _created(script)}
-    for node, source, target in _pairs(script, "CONNECT"):
-        kind = kinds.get(source.rpartition(".")[0], "")
-        other_clock = source.endswith((":time", ":timeSinceStart", ":absoluteSimTime"))
-        if other_clock and target.endswith(".inputs:timeStamp") and kind in ("OnPlaybackTick", "OnTick", "ReadTime"):
-            yield node, f"{target} gets {source}"
-
-
-def _created(script: Script) -> Iterator[tuple[ast.AST, str, str]]:
-    """The nodes that edits create: place, name, type."""
-    yield from _pairs(script, "CREATE_NODES")
-    for call, name in script.called:
-        if name.endswith("Controller.create_node"):
-            kind = script.value_of(argument(call, 1, "node_type_id"))
-            if isinstance(kind, str):
-                yield call, str(script.value_of(argument(call, 0, "node_id"))), kind
-
-
-def _pairs(script: Script, key: str) -> Iterator[tuple[ast.AST, str, str]]:
-    """The entries of a key of Controller.edit that are two texts."""
-    for node, first, second in _entries(script, key):
-        if isinstance(text := script.value_of(second), str):
-            yield node, first, text
-
-
-def _set(script: Script) -> Iterator[tuple[ast.AST, str, Any]]:
-    """The values that edits set: place, NODE.inputs:NAME, value."""
-    for node, name, value in _entries(script, "SET_VALUES"):
-        yield node, name, script.value_of(value)
-
-
-def _entries(script: Script, key: str) -> Iterator[tuple[ast.AST, str, ast.expr]]:
-    """The entries (text, expression) below a key of Controller.edit."""
-    for node in script.nodes:
-        if not isinstance(node, ast.Dict):
-            continue
-        for name, value in zip(node.keys, node.values, strict=True):
-            if isinstance(name, ast.Attribute) and name.attr == key:
-                entries = [value] if isinstance(value, ast.Tuple) else getattr(value, "elts", [])
-                for entry in entries:
-                    if isinstance(entry, ast.Tuple | ast.List) and len(entry.elts) >= 2:
-                        first = script.value_of(entry.elts[0])
-                        if isinstance(first, str):
-                            yield entry, first, entry.elts[1]
+    for one in edits_of(script).values:
+        if one.name.endswith(".inputs:jointIndices") and one.value in ([0], (0,)):
+            yield one.place, f"{one.name} is [0]"

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
-from typing import Any
 
-from graph.base.errors import UserError
 from graph.portability.syntax import Script
+from graph.portability.wiring import LIVE, PLACES, WAITING
 from graph.sim import settings as keys
 
-from .reading import APP, Found, app_configs, argument, finds, settings_of
+from .authored import BODIES, LIDAR, RADAR, SCHEMAS, SENSORS, Authoring
+from .reading import Found, all_settings, app_configs, argument, finds
 
 TIMELINE = "omni.timeline.get_timeline_interface()"
 APP_UTILS = "isaacsim.core.experimental.utils.app"
 WORLDS = (".World()", ".SimulationContext()")
 OBJECTS = "isaacsim.core.experimental.objects."
-SENSORS = "isaacsim.sensors.experimental.rtx."
+UPDATES = ("update", "update_app", "next_update_async", "step")
+MOVES = ("SetTranslate", "SetRotate", "set_world_pose", "set_world_poses", "set_local_pose", "set_local_poses")
 MAKERS = (
     *(f"isaacsim.core.experimental.utils.stage.{name}" for name in ("define_prim", "add_reference_to_stage")),
     *(f"isaacsim.core.utils.prims.{name}" for name in ("create_prim", "define_prim")),
@@ -40,6 +41,10 @@ def _added(script: Script) -> Iterator[Found]:
 def _late(script: Script) -> Iterator[Found]:
     waiting = ("MassAttr", "DensityAttr", "DynamicFrictionAttr", "StaticFrictionAttr", "RestitutionAttr", "GravityAttr")
     for playing, call, name in _played(script):
+        if playing and (attribute := _attribute_set(script, call)).startswith(WAITING):
+            if not attribute.endswith(LIVE):
+                yield call, f"{attribute} after play"
+            continue
         method = name.rpartition(".")[2]
         late = method.startswith("Create") and method.endswith(waiting) and bool(call.args or call.keywords)
         late = late or (name.removesuffix("().Set").endswith(waiting) and name.endswith(".Set"))
@@ -56,14 +61,44 @@ def _dt_after_play(script: Script) -> Iterator[Found]:
 
 @finds("radar-motion-bvh-off")
 def _radar(script: Script) -> Iterator[Found]:
-    on = any(isinstance(one, dict) and one.get("enable_motion_bvh") for one in app_configs(script))
-    on = on or any(path == keys.MOTION_BVH and value for _, path, value in settings_of(script))
-    on = on or any(f"--{keys.MOTION_BVH}=true" in map(str, _extra(one)) for one in app_configs(script))
-    editor = not any(name in APP for _, name in script.called)
+    on = any(path == keys.MOTION_BVH and value for _, path, value in all_settings(script))
+    editor = not app_configs(script)
     for call, name in script.called if not (on or editor) else ():
         made = name in (f"{SENSORS}Radar", f"{SENSORS}Radar.create")
         if made or _command(script, call) == "IsaacSensorCreateRtxRadar":
             yield call, "a radar is made without Motion BVH"
+
+
+@finds("fif-race")
+def _race(script: Script) -> Iterator[Found]:
+    prims = Authoring(script).prims.values()
+    rendered = {kind: [one.asked[0][0] for one in prims if one.type == kind and one.asked] for kind in SCHEMAS}
+    plays = [call.lineno for call, name in script.called if name.endswith(".play")]
+    updates = [call.lineno for call, name in script.called if name.rpartition(".")[2] in UPDATES]
+    with_bvh = (value for _, path, value in all_settings(script) if path == keys.MOTION_BVH)
+    if rendered[LIDAR] and any(with_bvh):
+        for place in rendered[RADAR]:
+            before = script.mark(place).line
+            if not any(min(plays, default=line) <= line < before for line in updates):
+                yield place, "the radar is rendered beside a lidar before any update"
+
+
+@finds("fabric-parent-moved")
+def _moved(script: Script) -> Iterator[Found]:
+    authored = Authoring(script)
+    bodies = {authored.path_of(call) for call, name in script.called if name.rpartition(".")[2] in BODIES}
+    bodies |= {
+        authored.path_of(call.args[0])
+        for call, name in script.called
+        if name.endswith((".RigidBodyAPI.Apply", ".ArticulationRootAPI.Apply")) and call.args
+    }
+    for playing, call, name in _played(script):
+        moves = name.rpartition(".")[2] in MOVES or _attribute_set(script, call).startswith(PLACES)
+        if playing and moves and isinstance(call.func, ast.Attribute):
+            path = authored.path_of(call.func.value)
+            below = next((one for one in sorted(bodies) if path and one.startswith(f"{path}/")), None)
+            if below is not None and path not in bodies:
+                yield call, f"it moves {path}, above the body {below}"
 
 
 @finds("aux-level-reset")
@@ -82,35 +117,16 @@ def _reset(script: Script) -> Iterator[Found]:
                 yield call, f"{path} loses its level {levels[path]}"
 
 
-@finds("lidar-partial-scan")
-def _scan_rate(script: Script) -> Iterator[Found]:
-    from sensors.configs.catalog import find
-
-    for call, name in script.called:
-        if name in (f"{SENSORS}Lidar", f"{SENSORS}Lidar.create"):
-            rate = script.value_of(argument(call, 99, "tick_rate"))
-            attributes = script.value_of(argument(call, 99, "attributes"))
-            given = attributes if isinstance(attributes, dict) else {}
-            config = script.value_of(argument(call, 99, "config"))
-            scan = given.get("omni:sensor:Core:scanRateBaseHz")
-            rate = given.get("omni:sensor:tickRate", rate)
-            if scan is None and config is None and name.endswith("Lidar"):
-                scan = 10
-            if scan is None and isinstance(config, str):
-                variant: Any = script.value_of(argument(call, 99, "variant"))
-                try:
-                    scan = float(find(config, variant).scan_rate_base_hz)
-                except UserError:  # an unknown configuration is another mistake
-                    continue
-            if isinstance(rate, int | float) and isinstance(scan, int | float) and rate and rate != scan:
-                yield call, f"tick_rate is {rate:g} Hz, scanRateBaseHz {scan:g} Hz"
-            elif script.value_of(argument(call, 99, "accumulate_outputs")) is False:
-                yield call, "accumulate_outputs is False"
-
-
-def _extra(config: object) -> list[object]:
-    extra = config.get("extra_args") if isinstance(config, dict) else None
-    return extra if isinstance(extra, list) else []
+def _attribute_set(script: Script, call: ast.Call) -> str:
+    """The name of the attribute that a call sets; "" for other calls and names that only a run knows."""
+    owner = call.func.value if isinstance(call.func, ast.Attribute) and call.func.attr == "Set" else None
+    if isinstance(owner, ast.Name):
+        owner = script.values.get(owner.id)
+    if not isinstance(owner, ast.Call) or not isinstance(owner.func, ast.Attribute) or not owner.args:
+        return ""
+    if owner.func.attr not in ("GetAttribute", "CreateAttribute", "GetAttributeAtPath"):
+        return ""
+    return str(script.value_of(owner.args[0])).rpartition(".")[2]
 
 
 def _command(script: Script, call: ast.Call) -> str:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
 
 from graph.portability.syntax import Script
+from graph.sim import settings as keys
 
 Found = tuple[ast.AST, str]
 Finder = Callable[[Script], Iterator[Found]]
@@ -41,6 +43,30 @@ def settings_of(script: Script) -> Iterator[tuple[ast.AST, str, object]]:
                 yield call, f"/{path.lstrip('/')}", script.value_of(argument(call, shift + 1, "value"))
 
 
-def app_configs(script: Script) -> list[object]:
-    """The configurations that SimulationApp gets."""
-    return [script.value_of(argument(call, 0, "launch_config")) for call, name in script.called if name in APP]
+def app_configs(script: Script) -> list[tuple[ast.Call, dict[str, Any]]]:
+    """The calls that make the app, each with its configuration; None stands for values that only a run knows."""
+    found: list[tuple[ast.Call, dict[str, Any]]] = []
+    for call, name in script.called:
+        if name in APP:
+            given = argument(call, 0, "launch_config")
+            given = script.values.get(given.id) if isinstance(given, ast.Name) else given
+            entries = zip(given.keys, given.values, strict=True) if isinstance(given, ast.Dict) else ()
+            found.append((call, {str(script.value_of(key)): script.value_of(value) for key, value in entries}))
+    return found
+
+
+def all_settings(script: Script) -> list[tuple[ast.AST, str, Any]]:
+    """The settings that a script gives to its app and writes: place, path, value (None: only a run knows it)."""
+    launched = ((call, *entry) for call, config in app_configs(script) for entry in _launched(config))
+    return [*launched, *settings_of(script)]
+
+
+def _launched(config: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """The settings that an app's configuration writes, with their values."""
+    if config.get("enable_motion_bvh", False) is not False:
+        yield keys.MOTION_BVH, True
+    extra = config.get("extra_args")
+    for one in extra if isinstance(extra, list) else ():
+        path, sign, text = str(one).removeprefix("--").partition("=")
+        if path.startswith("/") and sign:
+            yield path, {"true": True, "false": False}.get(text.lower(), text)

@@ -45,7 +45,7 @@ def _ends(script: Script, statement: ast.stmt) -> bool:
 
 def _returns_from_close(script: Script) -> bool:
     """Whether the app is configured so that close() returns."""
-    return any(isinstance(one, dict) and one.get("fast_shutdown") is False for one in app_configs(script))
+    return any(config.get("fast_shutdown") is False for _, config in app_configs(script))
 
 
 @finds("asyncio-run")
@@ -143,6 +143,20 @@ def _fast(script: Script) -> Iterator[Found]:
     for call, name in script.called if fast else ():
         if name in ("time.sleep", "time.time", "time.perf_counter", "time.monotonic", "asyncio.sleep"):
             yield call, f"{name} beside useFastMode"
+
+
+@finds("timeline-stamp")
+def _stamp(script: Script) -> Iterator[Found]:
+    time = "omni.timeline.get_timeline_interface().get_current_time()"
+    for node in script.nodes:
+        if isinstance(node, ast.Assign):
+            named = script.name_of(node.targets[0])
+        elif isinstance(node, ast.keyword):
+            named = node.arg or ""
+        else:
+            continue
+        if "stamp" in named.lower() and any(script.name_of(one) == time for one in ast.walk(node.value)):
+            yield node, f"{named.rpartition('.')[2]} gets the timeline's time"
 
 
 @finds("manual-mode-lag")

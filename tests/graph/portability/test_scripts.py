@@ -9,7 +9,10 @@ from graph.portability.rules import RULES
 
 APP = "from isaacsim import SimulationApp\napp = SimulationApp({'headless': True})\n"
 TIMELINE = "import omni.timeline\ntimeline = omni.timeline.get_timeline_interface()\n"
-RTX = "from isaacsim.sensors.experimental.rtx import Lidar, LidarSensor, Radar, parse_generic_model_output_data\n"
+RTX = (
+    "from isaacsim.sensors.experimental.rtx import Lidar, LidarSensor, Radar, RadarSensor\n"
+    "from isaacsim.sensors.experimental.rtx import parse_generic_model_output_data\n"
+)
 MANAGER = "from isaacsim.core.simulation_manager import SimulationEvent, SimulationManager\n"
 SETTINGS = "import carb\nsettings = carb.settings.get_settings()\n"
 EDIT = """
@@ -25,8 +28,55 @@ IDS = "from isaacsim.sensors.experimental.rtx import parse_stable_id_map_data\n"
 WAITS = "from omni.syntheticdata import sensors\n"
 STARTED = "SimulationEvent.SIMULATION_STARTED"
 
+CORE = "omni:sensor:Core:"
+STATE = f"{CORE}outputMotionCompensationState"
+SCAN = f"{CORE}scanRateBaseHz"
+PRIM = "prim = stage.DefinePrim('/L', 'OmniLidar')\n"
+BVH = "from isaacsim import SimulationApp\napp = SimulationApp({'headless': quiet, 'enable_motion_bvh': True})\n"
+ASKS = """
+from isaacsim.sensors.experimental.rtx import Lidar
+lidar = Lidar('/L', aux_output_level='NONE')
+product = rep.create.render_product(lidar.path, (1, 1))
+annotator = rep.AnnotatorRegistry.get_annotator('IsaacExtractRTXSensorPointCloud')
+annotator.initialize(outputHitNormal=%s)
+annotator.attach([product.path])
+"""
+
 PLANTED = {
     "lidar-partial-scan": f"{RTX}lidar = Lidar.create('/L', config='Example_Rotary', tick_rate=5.0)\n",
+    "sensor-every-frame": "lidar = stage.DefinePrim('/L', 'OmniLidar')\n",
+    "sensor-api-missing": "from pxr import UsdGeom\ncamera = UsdGeom.Camera.Define(stage, '/C').GetPrim()\n"
+    "camera.CreateAttribute('omni:sensor:tickRate', kind).Set(10.0)\n",
+    "radar-tick-rate-ignored": f"{RTX}radar = Radar('/R', tick_rate=20)\nRadarSensor(radar)\n",
+    "fif-race": f"{BVH}{RTX}LidarSensor(Lidar('/L'))\nRadarSensor(Radar('/R'))\n",
+    "motion-compensation-off": f"{APP}{RTX}Lidar('/L', attributes={{'{STATE}': 'COMPENSATED'}})\n",
+    "aux-level-too-low": ASKS % "True",
+    "normals-off": ASKS.replace("NONE", "FULL") % "True",
+    "aux-last-product-wins": f"{RTX}LidarSensor(Lidar('/L', aux_output_level='FULL'))\nLidarSensor(Lidar('/M'))\n",
+    "report-rate-ignored": f"{PRIM}prim.CreateAttribute('{CORE}reportRateBaseHz', kind).Set(36000)\n",
+    "ovrtx-vocabulary": f"{PRIM}prim.CreateAttribute('{CORE}partialOutputs', kind).Set(False)\n",
+    "fabric-parent-moved": f"{TIMELINE}from isaacsim.core.experimental.prims import RigidPrim, XformPrim\n"
+    "body, base = RigidPrim('/W/rig/ball'), XformPrim('/W/rig')\ntimeline.play()\nbase.set_world_poses([[0, 0, 1]])\n",
+    "physics-slower-than-loop": f"{MANAGER}SimulationManager.set_physics_dt(1 / 30)\n",
+    "catch-up-cap": f"{MANAGER}SimulationManager.setup_simulation(dt=1 / 500)\n"
+    "from isaacsim.core.rendering_manager import RenderingManager\nRenderingManager.set_dt(1 / 20)\n",
+    "rate-limit-stock-frequency": f"{SETTINGS}settings.set('/app/runLoops/main/rateLimitEnabled', True)\n",
+    "flat-scan-3d": EDIT
+    % (
+        "('p', 'isaacsim.core.nodes.IsaacCreateRenderProduct'), ('h', 'isaacsim.ros2.bridge.ROS2RtxLidarHelper')",
+        "('p.inputs:cameraPrim', ['/L']), ('h.inputs:type', 'laser_scan')",
+        "('p.outputs:renderProductPath', 'h.inputs:renderProductPath')",
+    )
+    + f"{RTX}Lidar.create('/L', config='Example_Rotary')\n",
+    "physics-step-stage": EDIT % ("('s', 'isaacsim.core.nodes.OnPhysicsStep')", "", ""),
+    "attribute-removed": EDIT
+    % ("('t', 'isaacsim.core.nodes.IsaacReadSimulationTime')", "('t.inputs:swhFrameNumber', 3)", ""),
+    "system-time-never-resets": EDIT
+    % (
+        "('h', 'isaacsim.ros2.bridge.ROS2CameraHelper')",
+        "('h.inputs:useSystemTime', True), ('h.inputs:resetSimulationTimeOnStop', True)",
+        "",
+    ),
     "radar-motion-bvh-off": f"{APP}{RTX}radar = Radar('/R')\n",
     "aux-level-reset": f"{RTX}Lidar('/L', aux_output_level='FULL')\nsensor = LidarSensor('/L')\n",
     "output-buffer-on-gpu": f"{SETTINGS}settings.set('/app/sensors/nv/lidar/outputBufferOnGPU', True)\n",
@@ -64,7 +114,11 @@ PLANTED = {
     "gate-step-zero": EDIT % ("('g', 'isaacsim.core.nodes.IsaacSimulationGate')", "('g.inputs:step', 0)", ""),
     "joint-indices-zero": EDIT % ("", "('a.inputs:jointIndices', [0])", ""),
     "timeline-stamp": EDIT
-    % ("('t', 'omni.graph.action.OnPlaybackTick')", "", "('t.outputs:time', 'clock.inputs:timeStamp')"),
+    % (
+        "('t', 'omni.graph.action.OnPlaybackTick'), ('clock', 'isaacsim.ros2.bridge.ROS2PublishClock')",
+        "",
+        "('t.outputs:time', 'clock.inputs:timeStamp')",
+    ),
 }
 
 FINE = f"""
@@ -135,6 +189,57 @@ def test_a_module_that_the_product_has_gives_none(tmp_path, capsys, module):
 def test_a_module_that_no_package_has_is_told(tmp_path, capsys, module):
     _, file = findings(tmp_path, capsys, f"import {module}\n")
     assert "module-unknown" in {one["code"] for one in file["warnings"]}
+
+
+SILENT = {
+    "a rate that only a run knows": "prim = stage.DefinePrim('/L', 'OmniLidar')\nprim.GetAttribute(RATE).Set(rate)\n",
+    "an attribute by a name that only a run knows": "prim = stage.DefinePrim('/L', 'OmniLidar')\n"
+    "for name, value in given.items():\n    prim.GetAttribute(name).Set(value)\n",
+    "a prim of another name": "stage.DefinePrim(path, 'OmniLidar')\n"
+    "stage.GetPrimAtPath(other).GetAttribute('omni:sensor:tickRate').Set(10.0)\n",
+    "a configuration that is not here": f"{RTX}Lidar.create('/L', config='Nobody_Has_It', tick_rate=5.0)\n",
+    "a configuration that only a run knows": f"{RTX}Lidar.create('/L', config=config, tick_rate=5.0)\n",
+    "a lidar by its class": f"{RTX}LidarSensor(Lidar('/L'))\n",
+    "both rates": f"{RTX}Lidar('/L', tick_rate=20, attributes={{'{CORE}scanRateBaseHz': 20}})\n",
+    "a radar of the editor": f"{RTX}RadarSensor(Radar('/R'))\n",
+    "Motion BVH that only a run knows": f"{BVH.replace('True', 'wanted')}{RTX}RadarSensor(Radar('/R'))\n",
+    "a scan rate that only a run knows": f"{RTX}Lidar('/L', tick_rate=20, attributes={{'{SCAN}': rate}})\n",
+    "a radar after five updates": f"{BVH}{TIMELINE}{RTX}LidarSensor(Lidar('/L'))\nradar = Radar('/R')\n"
+    "timeline.play()\nfor _ in range(5):\n    app.update()\nRadarSensor(radar)\n",
+    "rates of a World": "world = World(physics_dt=1 / 400, rendering_dt=1 / 20)\n",
+}
+
+
+@pytest.mark.parametrize("text", SILENT.values(), ids=SILENT)
+def test_what_a_run_may_set_right_is_not_told(tmp_path, capsys, text):
+    text = text.replace("RATE", "'omni:sensor:tickRate'")
+    assert findings(tmp_path, capsys, text)[1]["warnings"] == []
+
+
+def test_a_prim_without_a_known_path_has_no_invented_name(tmp_path, capsys):
+    _, file = findings(tmp_path, capsys, "prim = stage.DefinePrim(f'{root}/lidar', 'OmniLidar')\n")
+    assert [one["code"] for one in file["warnings"]] == ["sensor-every-frame"]
+    assert "unknown" not in file["warnings"][0]["message"]
+
+
+def test_a_value_is_found_through_names_sums_and_texts(tmp_path, capsys):
+    text = """
+root = "/World"
+path = f"{root}/lidar"
+prim = stage.DefinePrim(path, "OmniLidar")
+rate = stage.GetAttributeAtPath(path + ".omni:sensor:tickRate")
+rate.Set(2 * 10)
+stage.GetPrimAtPath(Sdf.Path("/World/lidar")).CreateAttribute("omni:sensor:Core:scanRateBaseHz", kind).Set(10)
+"""
+    _, file = findings(tmp_path, capsys, text)
+    [one] = file["warnings"]
+    assert (one["code"], one["line"]) == ("lidar-partial-scan", 6)
+    assert "tickRate is 20 Hz, scanRateBaseHz 10 Hz" in one["message"]
+
+
+@pytest.mark.parametrize("text", ["a = a + a\n", "a = [a, a]\n", "a = b + b\nb = a + a\n", "a = f'{a}{a}'\n"])
+def test_names_that_stand_for_themselves_have_no_value(tmp_path, capsys, text):
+    assert findings(tmp_path, capsys, f"{text}stage.DefinePrim(a, 'OmniRadar')\n")[1]["warnings"] == []
 
 
 def test_findings_come_in_the_order_of_the_lines(tmp_path, capsys):
