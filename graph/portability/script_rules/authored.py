@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Any
 
 from graph.base.records import dataclass, field
@@ -113,17 +114,17 @@ class Authoring:
 
     def path_of(self, node: ast.AST) -> str:
         """The path of the prim that an expression stands for, or that it renders; "" if it stands for none."""
-        match node:
-            case ast.Name(id=name):
-                return self._paths.get(name, "")
-            case ast.Await(value=inner) | ast.Subscript(value=inner) | ast.Attribute(value=inner):
-                return self.path_of(inner)
-            case ast.Call():
-                if id(node) not in self._made:
-                    self._made[id(node)] = ""  # of one that names itself
-                    self._made[id(node)] = self._called(node)
-                return self._made[id(node)]
-        return ""
+        while isinstance(node, ast.Await | ast.Subscript | ast.Attribute):
+            node = node.value
+        if isinstance(node, ast.Name):
+            return self._paths.get(node.id, "")
+        if not isinstance(node, ast.Call):
+            return ""
+        if id(node) not in self._made:
+            self._made[id(node)] = ""  # of one that names itself, or nests too deeply
+            with suppress(RecursionError):
+                self._made[id(node)] = self._called(node)
+        return self._made[id(node)]
 
     def target_of(self, node: ast.AST | None) -> str:
         """The path of a prim that is given as a prim, a path or a list of one."""
@@ -179,7 +180,7 @@ class Authoring:
 
     def _command(self, call: ast.Call) -> str:
         name = str(self.script.value_of(argument(call, 0, "name"))).removesuffix("Command")
-        if name in ("ChangeProperty", "ChangePropertyCommand"):
+        if name == "ChangeProperty":
             path, _, attribute = self._path(argument(call, 99, "prop_path")).partition(".")
             self._set(path, attribute, argument(call, 99, "value"), call)
         if (kind := COMMANDS.get(name)) is None:
@@ -205,15 +206,12 @@ class Authoring:
             if kind == LIDAR:
                 prim.values |= {TICK_RATE: MADE_RATE, ACCUMULATES: True}
             self._configure(prim, call, config)
-        given = {"aux_output_level": "aux_output_level", "tick_rate": TICK_RATE, "accumulate_outputs": ACCUMULATES}
-        for keyword, name in given.items():
-            value = argument(call, 99, keyword)
-            if value is None or self.script.value_of(value) is None:
-                continue
-            if name == "aux_output_level":
-                prim.options[name] = self.script.value_of(value)
-            else:
+        for keyword, name in (("tick_rate", TICK_RATE), ("accumulate_outputs", ACCUMULATES)):
+            if (value := argument(call, 99, keyword)) is not None and not _is_none(value):
                 self._set(path, name, value, call)
+        if (level := argument(call, 99, "aux_output_level")) is not None:
+            prim.options["aux_output_level"] = self.script.value_of(level) or "NONE"
+            prim.uncertain |= self.script.value_of(level) is None
         for key, value in self._dict(argument(call, 99, "attributes")):
             self._set(path, key, value, call)
         if _method(call) in RENDERING:
@@ -252,10 +250,8 @@ class Authoring:
             if isinstance(attribute, ast.Call):
                 self._set(*self._attribute(attribute), call.args[0], call)
         elif method in SETTERS:
-            name = (
-                argument(call, 1, "name") or argument(call, 1, "attribute_name") or argument(call, 1, "property_name")
-            )
-            value = argument(call, 2, "value") or argument(call, 2, "property_value")
+            name = _first(call, 1, "name", "attribute_name", "property_name")
+            value = _first(call, 2, "value", "property_value")
             self._set(self.target_of(call.args[0]) if call.args else "", self.script.value_of(name), value, call)
         elif method in ASKING:
             self._ask(call, method, owner)
@@ -323,6 +319,10 @@ def _first(call: ast.Call, position: int, *names: str) -> ast.expr | None:
     """An argument of a call that has one of several names, by the versions of its function."""
     given = (argument(call, position, name) for name in names)
     return next((one for one in given if one is not None), None)
+
+
+def _is_none(node: ast.AST) -> bool:
+    return isinstance(node, ast.Constant) and node.value is None
 
 
 def _method(call: ast.Call) -> str:

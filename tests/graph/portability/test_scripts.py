@@ -200,6 +200,10 @@ SILENT = {
     "a configuration that is not here": f"{RTX}Lidar.create('/L', config='Nobody_Has_It', tick_rate=5.0)\n",
     "a configuration that only a run knows": f"{RTX}Lidar.create('/L', config=config, tick_rate=5.0)\n",
     "a lidar by its class": f"{RTX}LidarSensor(Lidar('/L'))\n",
+    "a rate of a class that only a run knows": f"{RTX}Lidar('/L', tick_rate=rate, attributes={{'{SCAN}': 20}})\n",
+    "a level that only a run knows": SETTINGS
+    + "settings.set('/app/sensors/nv/lidar/publishNormals', True)\n"
+    + ASKS.replace("'NONE'", "level") % "True",
     "both rates": f"{RTX}Lidar('/L', tick_rate=20, attributes={{'{CORE}scanRateBaseHz': 20}})\n",
     "a radar of the editor": f"{RTX}RadarSensor(Radar('/R'))\n",
     "Motion BVH that only a run knows": f"{BVH.replace('True', 'wanted')}{RTX}RadarSensor(Radar('/R'))\n",
@@ -291,6 +295,9 @@ def test_a_hostile_script_is_one_line(tmp_path, capsys, text, said):
         "a = b\nb = a\na.c()\n",
         "x = y = z\nz = x()\n",
         "f(*a, **b)\n[i for i in j]\n",
+        "a" + ".b" * 900 + ".Set(1)\n",
+        "a" + "()" * 80 + ".Set(1)\n",
+        "stage.DefinePrim(" + "a + " * 900 + "b, 'OmniRadar')\n",
     ],
 )
 def test_odd_scripts_give_nothing(tmp_path, capsys, text):
