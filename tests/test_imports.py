@@ -23,7 +23,6 @@ JOINTS = {
     "graph.isaac",
     "graph.cli",
     "graph.testing",
-    "graph.portability",
     "graph.trade",
     "graph.__main__",
     "graph.usd_files",

@@ -1,4 +1,4 @@
-"""Plug-ins: node types, sensors, exports, commands, devices, kinds of files: entry points in groups.
+"""Plug-ins: node types, sensors, exports, commands, devices, targets and more: entry points in groups.
 
 TickGraph's own wings (`wings/`) are declared in pyproject.toml, as those of any other package. A clone is read from
 there, so that it need not be installed, and an installation from its table of entry points. No module names a wing.
@@ -81,6 +81,8 @@ DEVICES = "tickgraph.devices"
 
 FILES = "tickgraph.files"
 """Each a `graph.files.kinds.FileKind`, by the first key of such files."""
+TARGETS = "tickgraph.targets"
+"""Each a `graph.cli.targets.Target`, by its name in `graph check --target NAME`."""
 
 OGN = "tickgraph.ogn"
 """Packages with `.ogn` files, see `graph.ogn`."""
@@ -95,6 +97,7 @@ _KINDS = {
     BACKENDS: "camera backend",
     DEVICES: "device",
     FILES: "kind of file",
+    TARGETS: "target",
 }
 _GROUP = re.compile(r'\[(?:project\.entry-points\.)?"?(tickgraph\.\w+)"?\]')
 _ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))

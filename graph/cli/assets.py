@@ -76,7 +76,7 @@ def _of_graph_file(file: Path, allow: Sequence[Path]) -> Iterator[Wanted]:
 
 def _of_script(file: Path) -> Iterator[Wanted]:
     """The texts in a script that name assets; what stands before `/Isaac/` is known only when it runs."""
-    from graph.portability.syntax import read_script
+    from graph.isaac.syntax import read_script
 
     script = read_script(file)
     for node in script.nodes:

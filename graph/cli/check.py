@@ -10,19 +10,17 @@ from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.gc_pause import collector_paused
-from graph.base.plugins import FILES, of_wings
+from graph.base.plugins import FILES, TARGETS, of_wings
 from graph.base.records import dataclass
-from graph.portability.rules import NAMES
 
 from .arguments import add_allow, add_nodes, add_set, add_skip_outside, overrides_of
 from .printing import counted, note_line, problem_line, say, say_json, tell
+from .targets import Finding, checks_of
 
 if TYPE_CHECKING:
-    from graph.portability.report import Finding
     from graph.session.open import Parts
+    from graph.sim.settings import Settings
     from graph.spec.file_spec import FileSpec, Note
-
-TARGETS = list(NAMES)
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +36,7 @@ class Checked:
     prims: int = 0
     """The number of inline prims; with a scene, of all its prims except graphs and nodes."""
     findings: tuple[Finding, ...] = ()
-    """What breaks a rule of the target; their notes are among `notes`."""
+    """What fails or differs in the target; their notes are among `notes`."""
 
     def counts(self) -> dict[str, int]:
         """The numbers of graphs, nodes, connections and prims; in a file of another kind `numbers`."""
@@ -85,7 +83,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "what graph exec cannot run of it, with --target what fails there",
     )
     parser.add_argument(
-        "--target", choices=TARGETS, help="also tell what would fail or differ in that product, though not here"
+        "--target",
+        metavar="NAME",
+        help=f"also tell what would fail or differ in that product, though not here: {' or '.join(of_wings(TARGETS))}",
     )
     parser.add_argument(
         "--fix", action="store_true", help="with --target: apply the safe fixes to graph files, and say what changed"
@@ -100,8 +100,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command; returns 2 if any file is wrong."""
-    if args.fix and args.target is None:
-        raise UserError(f"--fix mends what a product needs; name it: --target {TARGETS[0]}")
+    if args.target is not None:
+        checks_of(args.target)
+    elif args.fix:
+        raise UserError(f"--fix mends what a product needs; name it: --target {next(iter(of_wings(TARGETS)))}")
 
     def checked_once(file: str) -> Checked:
         return check(
@@ -134,9 +136,7 @@ def _fixed(one: Checked, target: str) -> bool:
     """Applies the safe fixes to a file that is right otherwise; whether it changed."""
     if one.problems or not one.findings or one.spec is None:
         return False
-    from graph.portability.fixing import fix_file
-
-    lines = fix_file(Path(one.file), one.spec, one.findings, target)
+    lines: list[str] = checks_of(target).fix_file(Path(one.file), one.spec, one.findings, target)
     for line in lines:
         tell(f"{one.file}: {line}")
     return bool(lines)
@@ -179,14 +179,10 @@ def check(
         skip_unknown=skip_unknown,
     )
     problems, notes = tuple(parts.problems), tuple(parts.warnings)
-    findings: list[Finding] = []
+    findings: tuple[Finding, ...] = ()
     if target is not None and parts.spec is not None and parts.stage is not None:
-        from graph.portability.report import file_findings
-        from graph.sim.settings import Settings, apply_profile
-
-        held = Settings({**parts.spec.settings, **(settings or {})})
-        apply_profile(held, parts.spec.clock.parity)
-        findings = file_findings(target, parts.spec, parts.graphs, parts.stage, held)
+        held = _settings(parts.spec, settings)
+        findings = tuple(checks_of(target).of_file(target, parts.spec, parts.graphs, parts.stage, held))
     if parts.stage is not None and not problems:
         from graph.session.graph_links import Links, unread_products
         from graph.sim.physics.read_world import survey
@@ -199,13 +195,19 @@ def check(
                 notes += tuple(_traps(parts, allow))
         except UserError as error:
             problems = tuple(error.problems)
-    if findings:
-        from graph.portability.report import without_twins
+    if target is not None and findings:
+        notes = (*checks_of(target).without_twins(notes, findings), *(one.note() for one in findings))
+    once = tuple(dict.fromkeys(notes))
+    return Checked(file, parts.spec, problems, once, prims=_count_prims(parts), findings=findings)
 
-        notes = (*without_twins(notes, findings), *(one.note() for one in findings))
-    return Checked(
-        file, parts.spec, problems, tuple(dict.fromkeys(notes)), prims=_count_prims(parts), findings=tuple(findings)
-    )
+
+def _settings(spec: FileSpec, given: Mapping[str, Any] | None) -> Settings:
+    """The settings of a file with the values that replace its own, over the defaults of its profile."""
+    from graph.sim.settings import Settings, apply_profile
+
+    settings = Settings({**spec.settings, **(given or {})})
+    apply_profile(settings, spec.clock.parity)
+    return settings
 
 
 def _is_script(file: str) -> bool:
@@ -214,19 +216,18 @@ def _is_script(file: str) -> bool:
 
 def _check_script(file: str, target: str | None) -> Checked:
     """What `graph exec` cannot run of a script, or with a target what it would lose there; it is never run."""
-    from graph.portability.report import script_findings
-    from graph.portability.runnable import lacks
-    from graph.portability.syntax import read_script
-
     try:
         if target is None:
+            from graph.isaac.runnable import lacks
+            from graph.isaac.syntax import read_script
+
             found = lacks(read_script(file))
             problems = tuple(one.problem for one in found if one.certain)
             notes = tuple(
                 ("script-name-missing", str(one.problem.mark), one.problem.message) for one in found if not one.certain
             )
             return Checked(file, None, problems, notes, {"findings": 0})
-        findings = tuple(script_findings(target, file))
+        findings = tuple(checks_of(target).of_script(target, file))
     except UserError as error:
         return Checked(file, None, error.problems, numbers={"findings": 0})
     notes = tuple(one.note() for one in findings)

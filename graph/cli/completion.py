@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 from importlib import import_module
 
+from graph.base.plugins import TARGETS, names
+
 SHELLS = ("bash", "zsh", "tcsh")
 
 FILES = ("files", "file", "in", "out", "allow")
@@ -49,6 +51,7 @@ def _offer_words(whole: argparse.ArgumentParser) -> None:
         ("sensors", "name"): configs,
         ("help", "topic"): [*ORDER, *every()],
         ("new", "kind"): [*KINDS, *examples()],
+        ("check", "target"): names(TARGETS),
         ("trade", "vary"): [f"{name}={','.join(some)}" for name, some in values.items()],
     }
     pairs = [f"{name}={value}" for name, some in values.items() for value in some or [""]]

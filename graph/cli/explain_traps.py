@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import UserError
 from graph.session.graph_checks import idle_nodes
-from graph.session.graph_links import link_notes, nobody_consumes
+from graph.session.graph_links import Links, link_notes, nobody_consumes
 from graph.session.missed_ticks import missed_ticks
 
 from .explain_clocks import Step, plan_updates, updates_of
@@ -28,7 +28,6 @@ from .idle_parts import latent_retriggered, product_not_made
 
 if TYPE_CHECKING:
     from graph.evaluate import Graph, Node
-    from graph.session.graph_links import Links
     from graph.session.open import Session
     from graph.sim.app import App
 
@@ -287,12 +286,8 @@ def _frame_traps(session: Session, nodes: Sequence[Node]) -> Iterator[Trap]:
 
 def _ask(session: Session, sensors: Mapping[str, Any]) -> None:
     """Asks sensors for what nodes will ask them for; they warn of quantities that stay empty."""
-    from graph.portability.case import Case
-    from graph.portability.sensors import consumers
-
-    app, graphs = session.app, [*session.runner.graphs.values()]
-    for node, prim, channels in consumers(Case(session.spec, graphs, app.stage, app.settings)):
-        if (sensor := sensors.get(str(prim.GetPath()))) is not None and (known := channels & sensor.kind.measures):
+    for node, path, channels in Links(session.runner.graphs.values()).consumers():
+        if (sensor := sensors.get(path)) is not None and (known := channels & sensor.kind.measures):
             sensor.require(node.path, known)
             sensor.channels()
             sensor.release(node.path)

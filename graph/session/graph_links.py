@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import cached_property
 from itertools import combinations
 from typing import TYPE_CHECKING
 
@@ -49,6 +50,39 @@ class Links:
                 pending += [link.target for link in self.out_of.get(node, ()) if link.execution]
         return found
 
+    @cached_property
+    def makers(self) -> list[tuple[Node, str]]:
+        """The enabled nodes that have sensors rendered, each with the sensor's prim."""
+        return [
+            (node, str(path))
+            for node in self.nodes
+            if node.type.outputs_as("product") and ("enabled" not in node.type.inputs or node.get("enabled"))
+            for name in node.type.inputs_as("sensor")
+            for path in node.get(name) or ()
+        ]
+
+    def sensors_behind(self, node: Node) -> list[str]:
+        """The prims of the sensors whose render product a node gets."""
+        names = node.type.inputs_as("product")
+        sources = {link.source for link in self.into.get(node, ()) if link.input in names and not link.execution}
+        return [path for maker, path in self.makers if maker in sources]
+
+    def consumers(self) -> Iterator[tuple[Node, str, frozenset[str]]]:
+        """Each node that asks a sensor for quantities beyond the points, the sensor's prim, and the channels."""
+        for node in self.nodes:
+            if node.type.inputs_as("product") and (channels := self._asked_by(node)):
+                yield from ((node, path, channels) for path in self.sensors_behind(node))
+
+    def _asked_by(self, node: Node) -> frozenset[str]:
+        """The channels of a node's metadata and of its switches `output...`, as far as the file decides them."""
+        chosen = node.get("selectedMetadata") if "selectedMetadata" in node.type.inputs else None
+        named = [str(name) for name in chosen or ()]
+        switches = [node, *(link.source for link in self.into.get(node, ()) if link.input == "selectedMetadata")]
+        named += [
+            name for one in switches for name in one.type.inputs if name.startswith("output") and one.get(name) is True
+        ]
+        return named_channels(named)
+
     def data_sources(self, link: Link) -> Iterator[Link]:
         """The data connections behind one, itself first, upstream through nodes without execution attributes."""
         seen: set[Link] = set()
@@ -61,6 +95,17 @@ class Links:
             yield one
             if not one.source.type.has_execution:
                 pending += self.into.get(one.source, ())
+
+
+def named_channels(named: Iterable[str]) -> frozenset[str]:
+    """The channels of metadata and outputs by their names."""
+    from nodes.ros2.point_clouds import CLOUD_FIELDS
+    from sensors.annotators.outputs import LABELS
+
+    named = [name.removeprefix("output") for name in named]
+    fields = {name: CLOUD_FIELDS[name].channel for name in named if name in CLOUD_FIELDS}
+    labels = {name: LABELS.get(name[:1].lower() + name[1:], "") for name in named}
+    return frozenset(filter(None, (fields.get(name) or labels[name] for name in named)))
 
 
 TIMES: Mapping[Role, str] = {
@@ -118,11 +163,8 @@ def unread_products(links: Links) -> Iterator[Note]:
     if any(node.get(name) for node in links.nodes for name in node.type.inputs_as("product")):
         return
     makers: dict[str, list[Node]] = {}
-    for node in links.nodes:
-        if node.type.outputs_as("product") and ("enabled" not in node.type.inputs or node.get("enabled")):
-            for name in node.type.inputs_as("sensor"):
-                for path in node.get(name) or ():
-                    makers.setdefault(str(path), []).append(node)
+    for node, path in links.makers:
+        makers.setdefault(path, []).append(node)
     for path, nodes in makers.items():
         wires = (link for node in nodes for link in links.out_of.get(node, ()))
         if not any(link.output in link.source.type.outputs_as("product") for link in wires):

@@ -29,7 +29,6 @@ from graph.cli.commands import every, find
 from graph.cli.extreme_cases import outcomes
 from graph.files.file_forms import GraphFile
 from graph.files.prim_schema import PRIM
-from graph.portability.rules import RULES
 from graph.sim.fidelity import KNOBS
 from graph.trade.metrics import METRICS
 from graph.trade.study import word
@@ -182,6 +181,8 @@ def metrics() -> str:
 
 def rules() -> str:
     """The rules of `graph check --target`."""
+    from wings.portability.rules import RULES
+
     rows = ((f"`{code}`", one.what, f"{one.why}. {one.fix[0].upper()}{one.fix[1:]}") for code, one in RULES.items())
     return table(("code", "found", "what happens there, and what to do"), rows)
 

@@ -94,6 +94,12 @@ NEEDS = {
     "paths": node("StanleyControlPID"),
     "physx": prim("Lidar"),
     "physx_graph": node("OnTriggerCollider"),
+    "portability": (
+        "",
+        ["check", "graphs/quickstart.yaml", "--target", "ovrtx"],
+        "graph: the target ovrtx cannot be used: it comes",
+        "",
+    ),
     "transports": (
         "",
         ["run", "file.yaml", "--live", "dds"],

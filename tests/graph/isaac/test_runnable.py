@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from graph.cli.main import main
-from graph.portability.runnable import lacks
-from graph.portability.syntax import read_script
+from graph.isaac.runnable import lacks
+from graph.isaac.syntax import read_script
 
 TESTS = Path(__file__).parents[3] / "tests"
 

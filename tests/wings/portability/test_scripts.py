@@ -5,7 +5,7 @@ import json
 import pytest
 
 from graph.cli.main import main
-from graph.portability.rules import RULES
+from wings.portability.rules import RULES
 
 APP = "from isaacsim import SimulationApp\napp = SimulationApp({'headless': True})\n"
 TIMELINE = "import omni.timeline\ntimeline = omni.timeline.get_timeline_interface()\n"

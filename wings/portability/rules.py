@@ -8,8 +8,7 @@ from __future__ import annotations
 from graph.base.records import dataclass
 
 ISAAC, OVRTX = "isaacsim-6.0", "ovrtx"
-NAMES = {ISAAC: "Isaac Sim 6.0", OVRTX: "ovrtx"}
-"""Targets and what messages call them."""
+"""The targets: Isaac Sim 6.0, and ovrtx."""
 
 
 @dataclass(frozen=True, slots=True)

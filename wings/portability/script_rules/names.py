@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 from graph.base.suggest import did_you_mean
 from graph.isaac.names import names_of
-from graph.portability.renamed import ANNOTATORS, CLASSES, COMPLETE, DEPRECATED, GONE, PARSERS, STILL_THERE, replacement
-from graph.portability.syntax import Script
+from graph.isaac.syntax import Script
+from wings.portability.renamed import ANNOTATORS, CLASSES, COMPLETE, DEPRECATED, GONE, PARSERS, STILL_THERE, replacement
 
 from .reading import Found, argument, finds
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 
-from graph.portability.syntax import Script
-from graph.portability.wiring import LIVE, PLACES, WAITING
+from graph.isaac.syntax import Script
 from graph.sim import settings as keys
+from wings.portability.wiring import LIVE, PLACES, WAITING
 
 from .authored import BODIES, LIDAR, RADAR, SCHEMAS, SENSORS, Authoring
 from .reading import Found, all_settings, app_configs, argument, finds

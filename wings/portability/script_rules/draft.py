@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import Mark
 from graph.base.records import dataclass, field
-from graph.portability.case import Asked
-from graph.portability.syntax import Script
+from graph.isaac.syntax import Script
 from graph.sim import settings as keys
 from graph.spec.file_spec import ClockSpec, ConnectionSpec, FileSpec, GraphSpec, NodeSpec, PipelineStage, SceneSpec
+from wings.portability.case import Asked
 
 from .authored import CAMERA, UNKNOWN, Authoring
 from .edits import edits_of

@@ -9,7 +9,7 @@ from contextlib import suppress
 from typing import Any
 
 from graph.base.records import dataclass, field
-from graph.portability.syntax import Script
+from graph.isaac.syntax import Script
 
 from .reading import argument
 

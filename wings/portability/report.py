@@ -16,16 +16,16 @@ if TYPE_CHECKING:
     from pxr import Usd
 
     from graph.evaluate import Graph
+    from graph.isaac.syntax import Script
     from graph.sim.settings import Settings
     from graph.spec.file_spec import FileSpec, Note
 
     from .case import Asked
-    from .syntax import Script
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One broken rule: where, what it concerns (see `graph.portability.case.Found`), and what is wrong with it."""
+    """One broken rule: where, what it concerns (see `wings.portability.case.Found`), and what is wrong with it."""
 
     rule: Rule
     mark: Mark | None
@@ -53,7 +53,7 @@ class Finding:
         }
 
 
-def file_findings(
+def of_file(
     target: str,
     spec: FileSpec,
     graphs: list[Graph],
@@ -79,13 +79,14 @@ def file_findings(
     ]
 
 
-def script_findings(target: str, path: str | Path) -> list[Finding]:
+def of_script(target: str, path: str | Path) -> list[Finding]:
     """The same for a Python script, by its syntax tree, in the order of its lines. Raises as `read_script`.
 
     What the script authors by constants is looked at as a graph file too.
     """
+    from graph.isaac.syntax import read_script
+
     from .script_rules import FINDERS
-    from .syntax import read_script
 
     script = read_script(path)
     found = [
@@ -123,7 +124,7 @@ def _of_draft(target: str, script: Script) -> Iterator[Finding]:
     unread = tuple(f"{path}." for path in spec.scene.prims if f"{path}: config: " in messages)
     if parts.stage is not None:
         author_rest(parts.stage, drawn.values)
-        for one in file_findings(target, spec, parts.graphs, parts.stage, settings, drawn.asked):
+        for one in of_file(target, spec, parts.graphs, parts.stage, settings, drawn.asked):
             mark = one.mark or spec.clock.mark
             if drawn.decides(one.subject, one.detail) and not f"{one.subject}.".startswith(unread) and mark is not None:
                 yield Finding(one.rule, mark, named(one.subject), named(one.detail))

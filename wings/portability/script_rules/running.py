@@ -5,10 +5,10 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 
-from graph.portability.clocks import truncated
-from graph.portability.sensors import GPU_BUFFERS
-from graph.portability.syntax import Script
+from graph.isaac.syntax import Script
 from graph.sim import settings as keys
+from wings.portability.clocks import truncated
+from wings.portability.sensors import GPU_BUFFERS
 
 from .reading import APP, Found, app_configs, argument, finds, settings_of
 

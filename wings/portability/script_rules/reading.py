@@ -6,7 +6,7 @@ import ast
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from graph.portability.syntax import Script
+from graph.isaac.syntax import Script
 from graph.sim import settings as keys
 
 Found = tuple[ast.AST, str]

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from graph.base.records import dataclass, field
-from graph.portability.syntax import Script
+from graph.isaac.syntax import Script
 
 from .reading import Found, argument, finds
 

@@ -83,28 +83,21 @@ class Case:
     def _sensors(self) -> list[Usd.Prim]:
         return [prim for prim in self.stage.Traverse() if prim.GetTypeName() in SENSORS]
 
-    @cached_property
-    def makers(self) -> list[tuple[Node, str]]:
-        """The enabled nodes that have prims rendered, each with the prim."""
-        return [
-            (node, str(path))
-            for node in self.links.nodes
-            if node.type.outputs_as("product") and ("enabled" not in node.type.inputs or node.get("enabled"))
-            for name in node.type.inputs_as("sensor")
-            for path in node.get(name) or ()
-        ]
-
     def rendered(self, *types: str) -> list[Usd.Prim]:
         """The prims of these types that nodes or a script have rendered."""
-        paths = (*(path for _, path in self.makers), *(one.prim for one in self.by_script))
+        paths = (*(path for _, path in self.links.makers), *(one.prim for one in self.by_script))
         prims = {path: self.stage.GetPrimAtPath(path) for path in paths}
         return [prim for prim in prims.values() if prim and prim.GetTypeName() in types]
 
     def sensors_behind(self, node: Node) -> list[Usd.Prim]:
         """The prims whose render product a node gets."""
-        names = node.type.inputs_as("product")
-        sources = {link.source for link in self.links.into.get(node, ()) if link.input in names and not link.execution}
-        return [self.stage.GetPrimAtPath(path) for maker, path in self.makers if maker in sources]
+        return list(filter(None, map(self.stage.GetPrimAtPath, self.links.sensors_behind(node))))
+
+    def consumers(self) -> Iterator[tuple[Node, Usd.Prim, frozenset[str]]]:
+        """Each node that asks a sensor for quantities beyond the points, the sensor, and the channels."""
+        for node, path, channels in self.links.consumers():
+            if prim := self.stage.GetPrimAtPath(path):
+                yield node, prim, channels
 
     def gives(self, node: Node, name: str) -> bool:
         """Whether the file itself writes an input of a node."""

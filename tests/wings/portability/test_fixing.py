@@ -6,9 +6,9 @@ import re
 import pytest
 
 from graph.cli.main import main
-from graph.portability.fixing import DROP, changed_text
-from graph.portability.rules import RULES
-from tests.graph.portability.test_rules import PLANTED, written
+from tests.wings.portability.test_rules import PLANTED, written
+from wings.portability.fixing import DROP, changed_text
+from wings.portability.rules import RULES
 
 FILE = """# A comment at the top.
 tickgraph: 1

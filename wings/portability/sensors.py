@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import UserError
 from graph.base.exact import shortest
+from graph.session.graph_links import named_channels
 from graph.sim import settings as keys
 
 from .case import Case, Found, finds
@@ -71,7 +72,7 @@ def _fif_race(case: Case) -> Iterator[Found]:
     if not case.setting(keys.MOTION_BVH) or not case.rendered(LIDAR):
         return
     waited = {one for node in case.links.nodes for one in _after_countdown(case, node)}
-    for node, path in case.makers:
+    for node, path in case.links.makers:
         prim = case.stage.GetPrimAtPath(path)
         if prim and prim.GetTypeName() == RADAR and node not in waited:
             yield node.path, f"{path} is rendered beside a lidar in the first {FEWEST_UPDATES} updates"
@@ -207,46 +208,17 @@ def _asked_in_vain(case: Case, channel: str) -> Iterator[Found]:
 
 @finds("object-id-map-off")
 def _no_map(case: Case) -> Iterator[Found]:
-    for node, prim, channels in consumers(case):
+    for node, prim, channels in case.consumers():
         if "objId" in channels and node.type.find("inputs", "enableObjectIdMap") and not node.get("enableObjectIdMap"):
             yield f"{node.path}.inputs:enableObjectIdMap", f"it publishes ids of what {prim.GetPath()} hits"
 
 
-def consumers(case: Case) -> Iterator[tuple[Node, Usd.Prim, frozenset[str]]]:
-    """Each node that asks a sensor for quantities beyond the points, the sensor, and the channels."""
-    for node in case.links.nodes:
-        if node.type.inputs_as("product") and (channels := _channels(case, node)):
-            yield from ((node, prim, channels) for prim in case.sensors_behind(node) if prim)
-
-
 def _asks(case: Case) -> Iterator[tuple[str, Usd.Prim, frozenset[str]]]:
     """What asks a sensor for quantities beyond the points: a node or a place of a script, the sensor, the channels."""
-    yield from ((node.path, prim, channels) for node, prim, channels in consumers(case))
+    yield from ((node.path, prim, channels) for node, prim, channels in case.consumers())
     for one in case.by_script:
-        if channels := _named_channels(one.names):
+        if channels := named_channels(one.names):
             yield one.subject, case.stage.GetPrimAtPath(one.prim), channels
-
-
-def _channels(case: Case, node: Node) -> frozenset[str]:
-    """The channels of a node's metadata and of its switches `output...`, as far as the file decides them."""
-    named = [str(name) for name in node.get("selectedMetadata") or ()] if "selectedMetadata" in node.type.inputs else []
-    switches = [node]
-    switches += [one.source for one in case.links.into.get(node, ()) if one.input == "selectedMetadata"]
-    named += [
-        name for one in switches for name in one.type.inputs if name.startswith("output") and one.get(name) is True
-    ]
-    return _named_channels(named)
-
-
-def _named_channels(named: Iterable[str]) -> frozenset[str]:
-    """The channels of metadata and outputs by their names."""
-    from nodes.ros2.point_clouds import CLOUD_FIELDS
-    from sensors.annotators.outputs import LABELS
-
-    named = [name.removeprefix("output") for name in named]
-    fields = {name: CLOUD_FIELDS[name].channel for name in named if name in CLOUD_FIELDS}
-    labels = {name: LABELS.get(name[:1].lower() + name[1:], "") for name in named}
-    return frozenset(filter(None, (fields.get(name) or labels[name] for name in named)))
 
 
 @finds("flat-scan-3d")
@@ -275,7 +247,7 @@ def _scans(case: Case, types: tuple[str, ...]) -> Iterator[tuple[Node, Usd.Prim]
         if node.type.id in types or (len(types) == 1 and node.type.inputs.keys() >= {"type", "fullScan"}):
             if "type" in node.type.inputs and node.get("type") != "laser_scan":
                 continue
-            yield from ((node, prim) for prim in case.sensors_behind(node) if prim and prim.GetTypeName() == LIDAR)
+            yield from ((node, prim) for prim in case.sensors_behind(node) if prim.GetTypeName() == LIDAR)
 
 
 # -- reading prims -----------------------------------------------------------------------------------------------------

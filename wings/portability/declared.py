@@ -1,0 +1,5 @@
+"""What the wing declares: the products of `graph check --target`."""
+
+from graph.cli.targets import Target
+
+TARGET = Target("wings.portability")
