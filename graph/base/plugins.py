@@ -83,6 +83,8 @@ FILES = "tickgraph.files"
 """Each a `graph.files.kinds.FileKind`, by the first key of such files."""
 TARGETS = "tickgraph.targets"
 """Each a `graph.cli.targets.Target`, by its name in `graph check --target NAME`."""
+ASSETS = "tickgraph.assets"
+"""Each a function that makes the `graph.sim.scene.assets.StandIn` of an asset path from `/Isaac/` on, or gives None."""
 
 OGN = "tickgraph.ogn"
 """Packages with `.ogn` files, see `graph.ogn`."""
@@ -98,6 +100,7 @@ _KINDS = {
     DEVICES: "device",
     FILES: "kind of file",
     TARGETS: "target",
+    ASSETS: "stand-in",
 }
 _GROUP = re.compile(r'\[(?:project\.entry-points\.)?"?(tickgraph\.\w+)"?\]')
 _ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))

@@ -1,4 +1,4 @@
-"""What the examples of some node types need besides defaults: a robot, a lidar, wheels, a message type."""
+"""What the examples of some node types need besides defaults: a robot, a lidar, a message type."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ _JOINT = (
 )
 
 
-def _robot(joint: str, drive: str, upper: float) -> dict[str, str]:
+def robot(joint: str, drive: str, upper: float) -> dict[str, str]:
     """A body on one driven joint, a metre above the origin."""
     body = f"{ROBOT}/arm"
     return {
@@ -64,50 +64,23 @@ def _robot(joint: str, drive: str, upper: float) -> dict[str, str]:
     }
 
 
-_ARM = _robot("PhysicsRevoluteJoint", "angular", 90)
-_FINGER = _robot("PhysicsPrismaticJoint", "linear", 0.04)
-_CUP = {
-    "/World/Arm": "{type: Cube, size: 0.2, translate: [0, 0, 1], rigid_body: true, mass: 5}",
-    "/World/Box": "{type: Cube, size: 0.2, translate: [0, 0, 0.795], rigid_body: true, mass: 1}",
-    "/World/Arm/Point": (
-        "{type: PhysicsJoint, attributes: {physics:body0: /World/Arm, physics:localPos0: [0, 0, -0.1], "
-        "physics:localRot0: [0, 1, 0, 0]}}"
-    ),
-    "/World/Arm/Cup": "{type: IsaacSurfaceGripper, attributes: {isaac:attachmentPoints: /World/Arm/Point}}",
-}
+ARM = robot("PhysicsRevoluteJoint", "angular", 90)
 _VARIANTS = "a USD scene with a prim that has a variant set, named at prim and variantSetName"
 _PIPELINE = "SdOnNewFrame and SdOnNewRenderProductFrame before it"
 _THING = {THING: "{type: Cube, rigid_body: true}"}
 
 PARTS: dict[str, Parts] = {
-    "AckermannController": Parts(
-        {"wheelBase": 0.3, "trackWidth": 0.2, "frontWheelRadius": 0.05, "backWheelRadius": 0.05, "speed": 1.0}
-    ),
     "AddPrimRelationship": Parts({"name": "partner", "path": THING, "target": "/World"}, _THING),
     "AppendPath": Parts({"path": {"type": "token", "value": "/World"}, "suffix": "Thing"}),
     "DifferentialController": Parts({"wheelRadius": 0.1, "wheelDistance": 0.5, "linearVelocity": 1.0}),
     "GetParentPath": Parts({"path": {"type": "token", "value": "/World/Thing"}}),
-    "GetPrimRelationship": Parts({"prim": f"{ROBOT}/joint", "name": "physics:body1"}, _ARM),
+    "GetPrimRelationship": Parts({"prim": f"{ROBOT}/joint", "name": "physics:body1"}, ARM),
     "GetRelativePath": Parts({"anchor": "/World", "path": {"type": "token", "value": "/World/Thing"}}),
     "GetVariantNames": Parts(needs=_VARIANTS),
     "GetVariantSelection": Parts(needs=_VARIANTS),
-    "HolonomicController": Parts(
-        {
-            "wheelRadius": [0.1],
-            "wheelPositions": [[0.5, 0.0, 0.0], [-0.25, 0.433, 0.0], [-0.25, -0.433, 0.0]],
-            "wheelOrientations": [[1.0, 0.0, 0.0, 0.0], [0.5, 0.0, 0.0, 0.866], [-0.5, 0.0, 0.0, 0.866]],
-            "mecanumAngles": [90.0],
-            "inputVelocity": [1.0, 0.0, 0.0],
-        }
-    ),
-    "HolonomicRobotUsdSetup": Parts(
-        {"robotPrim": ROBOT},
-        _ARM,
-        needs="a robot in USD whose wheel joints have isaacmecanumwheel:radius and :angle",
-    ),
     "Interpolator": Parts({"knots": [0.0, 1.0, 3.0], "values": [0.0, 10.0, 30.0], "param": 0.5}),
-    "IsaacArticulationController": Parts({"targetPrim": ROBOT, "positionCommand": [0.5]}, _ARM),
-    "IsaacArticulationState": Parts({"targetPrim": ROBOT}, _ARM),
+    "IsaacArticulationController": Parts({"targetPrim": ROBOT, "positionCommand": [0.5]}, ARM),
+    "IsaacArticulationState": Parts({"targetPrim": ROBOT}, ARM),
     "IsaacAttachHydraTexture": Parts(
         {"renderProductPrim": "/World/Product"},
         {**LIDAR_WORLD, "/World/Product": f"{{type: RenderProduct, attributes: {{camera: {LIDAR}}}}}"},
@@ -116,14 +89,11 @@ PARTS: dict[str, Parts] = {
     "IsaacConvertDepthToPointCloud": Parts(needs="an image of distances at dataPtr and the lens of its camera"),
     "IsaacConvertRGBAToRGB": Parts(needs="an RGBA image at dataPtr"),
     "IsaacCreateRTXLidarScanBuffer": Parts(prims=LIDAR_WORLD, product=True),
-    "IsaacGripperController": Parts(
-        {"articulationRootPrim": ROBOT, "jointNames": ["joint"], "gripperSpeed": [0.01]}, _FINGER
-    ),
-    "IsaacJointNameResolver": Parts({"targetPrim": ROBOT, "jointNames": ["joint"]}, _ARM),
+    "IsaacJointNameResolver": Parts({"targetPrim": ROBOT, "jointNames": ["joint"]}, ARM),
     "IsaacReadCameraInfo": Parts(needs="the render product of a camera at renderProductPath"),
-    "IsaacReadEffortSensor": Parts({"prim": f"{ROBOT}/joint"}, _ARM),
+    "IsaacReadEffortSensor": Parts({"prim": f"{ROBOT}/joint"}, ARM),
     "IsaacReadFilePath": Parts({"path": "notes.txt"}, needs="a text file notes.txt beside this one"),
-    "IsaacReadJointState": Parts({"prim": ROBOT}, _ARM),
+    "IsaacReadJointState": Parts({"prim": ROBOT}, ARM),
     "IsaacReadRaycastSensor": Parts(
         {"raycastSensorPrim": "/World/Ray"},
         {
@@ -138,7 +108,7 @@ PARTS: dict[str, Parts] = {
     "OgnIsaacExtractRTXSensorPointCloud": Parts(prims=LIDAR_WORLD, product=True),
     "OgnROS2ServiceClient": Parts({"messagePackage": "std_srvs", "messageName": "SetBool"}),
     "OgnROS2ServiceServerRequest": Parts({"messagePackage": "std_srvs", "messageName": "SetBool"}),
-    "ReadPrimRelationship": Parts({"prim": f"{ROBOT}/joint", "name": "physics:body1"}, _ARM),
+    "ReadPrimRelationship": Parts({"prim": f"{ROBOT}/joint", "name": "physics:body1"}, ARM),
     "ReadSetting": Parts({"settingPath": "/app/runLoops/main/rateLimitFrequency"}),
     "ROS2CameraHelper": Parts(prims=CAMERA_WORLD, product=True, sensor=CAMERA),
     "ROS2CameraInfoHelper": Parts(prims=CAMERA_WORLD, product=True, sensor=CAMERA),
@@ -151,7 +121,7 @@ PARTS: dict[str, Parts] = {
             "p": [500.0, 0.0, 320.0, 0.0, 0.0, 500.0, 240.0, 0.0, 0.0, 0.0, 1.0, 0.0],
         }
     ),
-    "ROS2PublishJointState": Parts({"targetPrim": ROBOT}, _ARM),
+    "ROS2PublishJointState": Parts({"targetPrim": ROBOT}, ARM),
     "ROS2PublishLaserScan": Parts(
         {
             "horizontalFov": 90,
@@ -175,7 +145,6 @@ PARTS: dict[str, Parts] = {
     "OgnGetPrimAtPath": Parts({"paths": [THING]}, _THING),
     "SetPrimActive": Parts({"primTarget": THING}, {THING: "{type: Scope}"}),
     "SetTarget": Parts({"targets": THING, "setTarget": "/World"}, _THING),
-    "SurfaceGripper": Parts({"SurfaceGripper": "/World/Arm/Cup"}, _CUP),
     "ToTarget": Parts({"value": {"type": "token", "value": THING}}, _THING),
     "WritePrimAttribute": Parts(
         {"prim": THING, "name": "xformOp:translate", "value": {"type": "double[3]", "value": [1.0, 2.0, 3.0]}},

@@ -6,6 +6,7 @@ import pytest
 from graph.base.errors import RunError
 from graph.base.limits import raised
 from graph.testing import run_node
+from tests.support.without_wing import needs_wing
 
 
 @pytest.mark.parametrize(
@@ -22,6 +23,7 @@ def test_any_number_of_decimals_rounds_as_numbers_of_any_size_do(values, decimal
     assert run_node("omni.graph.nodes.Round", inputs=inputs).value("output").tolist() == rounded
 
 
+@needs_wing("robots")
 def test_a_path_of_more_samples_than_the_memory_holds_is_refused():
     """95 s at 1e-9 s, and two more samples: (95e9 + 2) x 128 bytes."""
     inputs = {"step": 1e-9, "targetPosition": [5.0, 0.0, 0.0]}

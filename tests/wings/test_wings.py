@@ -91,13 +91,19 @@ NEEDS = {
         "graph: the camera backend gl cannot be used: it comes",
         "",
     ),
-    "paths": node("StanleyControlPID"),
     "physx": prim("Lidar"),
     "physx_graph": node("OnTriggerCollider"),
     "portability": (
         "",
         ["check", "graphs/quickstart.yaml", "--target", "ovrtx"],
         "graph: the target ovrtx cannot be used: it comes",
+        "",
+    ),
+    "robots": node("StanleyControlPID"),
+    "stand_ins": (
+        "scene: {prims: {/World/G: {reference: /Isaac/Environments/Grid/grid.usd}}}",
+        ["check", "file.yaml"],
+        "file.yaml:2:28: /World/G: reference: the stand-in Isaac cannot be used: it comes",
         "",
     ),
     "transports": (

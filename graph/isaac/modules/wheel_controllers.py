@@ -7,8 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from nodes.robots import ackermann, holonomic, planar
-
 from .robots import BaseController
 from .values import ArticulationAction
 
@@ -47,6 +45,8 @@ class ExperimentalAckermannController:
 
     def forward(self, command: Any) -> tuple[Any, Any]:
         """Two steered angles and four wheel speeds for an angle, its rate, a speed, its rate, and a time step."""
+        from wings.robots import ackermann
+
         front = self.front_wheel_radius or self.back_wheel_radius
         if len(command) != 5 or not front:
             return None, None
@@ -138,6 +138,8 @@ class ExperimentalHolonomicController:
         self.up_axis = np.asarray((0, 0, 1) if up_axis is None else up_axis, np.float64)
         self.max_linear_speed, self.max_angular_speed = max_linear_speed, max_angular_speed
         self.max_wheel_speed, self.linear_gain, self.angular_gain = max_wheel_speed, linear_gain, angular_gain
+        from wings.robots import holonomic
+
         ways = holonomic.drive_directions(self.wheel_orientations, self.mecanum_angles, self.wheel_axis, self.up_axis)
         self.base_dir = (ways * self.wheel_radius[:, None]).T
         """(3, n) velocity of the body for each wheel's unit speed."""
@@ -145,6 +147,8 @@ class ExperimentalHolonomicController:
 
     def forward(self, command: Any) -> Any:
         """(n,) wheel speeds [rad/s] for the body's speeds along x and y [m/s] and its turn rate [rad/s]."""
+        from wings.robots import holonomic
+
         body = holonomic.Platform(self._wheels, self.max_linear_speed, self.max_angular_speed, self.max_wheel_speed)
         ahead, aside, turn = (float(one) for one in command)
         return body.speeds(ahead * self.linear_gain, aside * self.linear_gain, turn * self.angular_gain)
@@ -189,7 +193,7 @@ def normalize_angle(angle: float) -> float:
     """The angle in [-pi, pi]. Raises ValueError for one that is not finite."""
     if not math.isfinite(angle):
         raise ValueError(f"the angle is {angle}; give a finite one")
-    return planar.wrapped(angle)
+    return math.remainder(angle, 2 * math.pi)
 
 
 def pid_control(target: float, current: float, kp: float = 0.1) -> float:
@@ -212,7 +216,7 @@ def quintic_polynomials_planner(
     dt: float,
 ) -> tuple[list[float], ...]:
     """Times, x, y, headings, speeds, accelerations and jerks of a path. Raises ValueError if none keeps the limits."""
-    from wings.paths import quintic
+    from wings.robots import quintic
 
     start, goal = quintic.Stance(sx, sy, syaw, sv, sa), quintic.Stance(gx, gy, gyaw, gv, ga)
     path = quintic.plan_path(start, goal, max_accel, max_jerk, dt)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib import import_module
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 from graph.base import asset_roots
+from graph.base.plugins import ASSETS, names, required
 from graph.base.records import dataclass
 
 SENSORS = "/Isaac/Sensors/"
@@ -62,10 +64,11 @@ def stand_in(asset: str) -> StandIn | None:
 
 @functools.cache
 def _stand_in(tail: str) -> StandIn | None:
-    # Both are found by name: sensors know this package, and robots are needed by few scenes.
-    module = "sensors.configs.assets" if tail.startswith(SENSORS) else "graph.sim.scene.stand_ins"
-    make: Callable[[str], StandIn | None] = import_module(module).stand_in
-    return make(tail)
+    if tail.startswith(SENSORS):  # by name, because the sensors know this package
+        makers: Sequence[Callable[[str], StandIn | None]] = [import_module("sensors.configs.assets").stand_in]
+    else:
+        makers = [required(ASSETS, name, FunctionType, "stand-in") for name in names(ASSETS)]
+    return next(filter(None, (make(tail) for make in makers)), None)
 
 
 def looked_for(asset: str, folder: Path) -> str:

@@ -199,7 +199,7 @@ MISMATCHES = {
     ("ConstantDouble", "value", "IsaacReadWorldPose", "prim"): "(target)",
     ("ConstantBool", "value", "Delay", "duration"): "(double); convert it with ToDouble",
     ("ConstantInt", "value", "PrintText", "text"): "(string); convert it with ToString",
-    ("ConstantDouble", "value", "AckermannController", "execIn"): "execution and data do not mix",
+    ("ConstantDouble", "value", "DifferentialController", "execIn"): "execution and data do not mix",
     ("ConstantDouble", "value", "ROS2PublishJointState", "targetPrim"): "(target)",
     ("ConstantDouble", "value", "IsaacArticulationController", "velocityCommand"): (
         "(double[]); make an array with ConstructArray"

@@ -5,6 +5,7 @@ from fractions import Fraction
 import pytest
 
 from tests.support.lidar_texts import lidar_graph
+from tests.support.without_wing import needs_wing
 
 HEAD = """\
 tickgraph: 1
@@ -518,6 +519,7 @@ MECANUM = {
 }
 
 
+@needs_wing("robots")
 @pytest.mark.parametrize(
     ("robot", "told"),
     [

@@ -1,5 +1,7 @@
 """Conveyor belts of `isaacsim.asset.gen.conveyor`, by function and by command."""
 
+from tests.support.without_wing import needs_wing
+
 BELT = """from isaacsim import SimulationApp
 app = SimulationApp({"headless": True})
 import omni.kit.commands, omni.timeline, omni.usd
@@ -18,6 +20,7 @@ UsdPhysics.RigidBodyAPI(belt).CreateKinematicEnabledAttr(True)
 """
 
 
+@needs_wing("robots")
 def test_a_belt_carries_a_box_at_the_speed_of_its_variable(run_script):
     code, out, err = run_script(
         BELT
@@ -38,6 +41,7 @@ app.close()
     assert out.splitlines() == ["/ConveyorBeltGraph/ConveyorNode [0.0, 0.1, 0.0]"]
 
 
+@needs_wing("robots")
 def test_a_mesh_becomes_a_body_and_a_part_moves_its_body(run_script):
     code, out, err = run_script(
         BELT

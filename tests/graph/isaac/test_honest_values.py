@@ -8,6 +8,7 @@ import pytest
 import graph.isaac
 from graph.session.runner import graphs_of
 from graph.sim import App
+from tests.support.without_wing import needs_wing
 
 APP = "from isaacsim import SimulationApp\napp = SimulationApp({'headless': True})\n"
 GRAPH = (
@@ -188,6 +189,7 @@ app.close()
     assert "strict: sensor /World/lidar rendered" in err
 
 
+@needs_wing("stand_ins")
 def test_stand_ins_for_assets_are_said_once_each(printed):
     lines, err = printed(f"""{APP}
 from isaacsim.core.utils.stage import add_reference_to_stage

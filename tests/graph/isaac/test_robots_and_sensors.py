@@ -8,6 +8,7 @@ import pytest
 
 import graph.isaac
 from graph.sim import App
+from tests.support.without_wing import needs_wing
 
 ARM = "omniverse://localhost/Isaac/Robots/IsaacSim/SimpleArticulation/simple_articulation.usd"
 CUBE = "isaacsim.core.experimental.objects"
@@ -26,6 +27,7 @@ def test_a_differential_drive_gives_the_left_and_the_right_wheel_and_heeds_a_cha
     assert drive.forward([2.0, 1.0]).tolist() == [3.0, 4.0]
 
 
+@needs_wing("robots")
 def test_a_car_steers_all_wheels_about_one_point():
     car = controller("AckermannController", wheel_base=2.0, track_width=1.0, front_wheel_radius=0.5)
     angles, speeds = car.forward([math.atan(2.0 / 4.0), 0.0, 4.0, 0.0, 0.0])
@@ -34,12 +36,14 @@ def test_a_car_steers_all_wheels_about_one_point():
     assert speeds == pytest.approx((math.hypot(2, 3.5) / 0.5, math.hypot(2, 4.5) / 0.5, 7.0, 9.0))
 
 
+@needs_wing("robots")
 @pytest.mark.parametrize("command", [[0.1, 0.0, 1.0], [0.1, 0.2, 1.0, 0.0, 0.0]])
 def test_a_car_does_not_steer_without_a_whole_command_or_a_time_step(command):
     car = controller("AckermannController", wheel_base=2.0, track_width=1.0, front_wheel_radius=0.5)
     assert car.forward(command) == (None, None)
 
 
+@needs_wing("robots")
 def test_a_car_speeds_up_at_its_rate():
     car = controller("AckermannController", wheel_base=2.0, track_width=1.0, front_wheel_radius=0.5)
     for _ in range(3):
@@ -47,6 +51,7 @@ def test_a_car_speeds_up_at_its_rate():
     assert speeds == pytest.approx([0.3 / 0.5] * 4)  # 3 steps of 0.1 m/s
 
 
+@needs_wing("robots")
 def test_omniwheels_drive_along_their_axles():
     turned = [[1, 0, 0, 0], [math.sqrt(0.5), 0, 0, math.sqrt(0.5)], [1, 0, 0, 0]]
     body = controller(
@@ -61,11 +66,13 @@ def test_omniwheels_drive_along_their_axles():
     assert body.forward([1.0, 0.0, 0.0])[[0, 2]] == pytest.approx([5.0, 5.0])
 
 
+@needs_wing("robots")
 def test_a_holonomic_drive_names_what_is_missing():
     with pytest.raises(ValueError, match="wheel_positions"):
         controller("HolonomicController", wheel_radius=[0.1])
 
 
+@needs_wing("robots")
 def test_a_path_within_its_limits_begins_and_ends_where_it_was_asked_to():
     with graph.isaac.importable():
         plan = import_module("isaacsim.robot.experimental.wheeled_robots.controllers").quintic_polynomials_planner
@@ -99,6 +106,7 @@ def arm():
         yield app, robot
 
 
+@needs_wing("stand_ins")
 def test_a_placed_joint_stays_there_because_its_target_moves_with_it(arm):
     app, robot = arm
     robot.set_dof_positions([0.5, 0.2])
@@ -107,6 +115,7 @@ def test_a_placed_joint_stays_there_because_its_target_moves_with_it(arm):
     assert robot.get_dof_positions().numpy()[0] == pytest.approx([0.5, 0.2], abs=1e-3)
 
 
+@needs_wing("stand_ins")
 def test_a_joint_that_was_given_a_speed_goes_on(arm):
     app, robot = arm
     robot.set_dof_velocities([0.3, 0.0])
@@ -114,6 +123,7 @@ def test_a_joint_that_was_given_a_speed_goes_on(arm):
     assert robot.get_dof_velocities().numpy()[0][0] == pytest.approx(0.3, abs=0.02)
 
 
+@needs_wing("stand_ins")
 def test_a_moving_articulation_is_where_its_base_link_is():
     with App() as app, graph.isaac.importable():
         root = "omniverse://localhost/Isaac/Robots/NVIDIA/Jetbot/jetbot.usd"
@@ -217,6 +227,7 @@ def test_a_controller_of_one_attribute_reads_and_sets_it():
         assert one.get() == 2.5
 
 
+@needs_wing("stand_ins")
 def test_an_output_is_there_when_a_script_first_reads_it(run_script):
     code, out, err = run_script(f"""
 from isaacsim import SimulationApp

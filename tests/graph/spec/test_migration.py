@@ -242,6 +242,7 @@ def test_many_nodes_of_a_renamed_type_are_migrated_in_one_pass(registry):
     assert large < 40 * max(small, 0.01)
 
 
+@needs_wing("robots")
 def test_the_old_inputs_of_a_surface_gripper_are_left_out_in_files_and_scripts(tmp_path):
     """A public script's edit: the node of Isaac Sim 4.5 with the inputs that it had then."""
     from graph import Controller, load_graph

@@ -13,6 +13,7 @@ from graph.sim import settings as keys
 from graph.sim.settings import DEFAULTS, DOCUMENTED, PRODUCT, PRODUCT_DEFAULTS
 from tests.support.lidar_texts import lidar_graph
 from tests.support.noting_sensor import NotingSensor, add
+from tests.support.without_wing import needs_wing
 
 SCENE = """\
 tickgraph: 1
@@ -433,6 +434,7 @@ def test_row_flat_scan_of_a_3d_lidar(run, parity, settings, value):
     assert [one.count for one in app.warnings if one.code == "flat-scan-3d"] == [1]
 
 
+@needs_wing("robots")
 @both(keys.STOP_CLEARS_COMMANDS)
 def test_row_commands_of_controllers_at_stop(run, parity, settings, value):
     # v / r = 1 / 0.1 rad/s on both wheels.

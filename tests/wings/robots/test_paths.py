@@ -7,9 +7,9 @@ import pytest
 
 from graph import ComputeError
 from graph.testing import run_node
-from nodes.robots.planar import heading, wrapped
-from wings.paths.quintic import Stance, coefficients, plan_path
-from wings.paths.stanley import speed_profile, steering_angle
+from wings.robots.planar import heading, wrapped
+from wings.robots.quintic import Stance, coefficients, plan_path
+from wings.robots.stanley import speed_profile, steering_angle
 
 
 def facing(degrees):

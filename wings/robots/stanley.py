@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.base.records import dataclass
 from graph.node import Attribute, Database, node_type
-from nodes.robots.planar import heading, wrapped
+from wings.robots.planar import heading, wrapped
 
 if TYPE_CHECKING:
     import numpy as np

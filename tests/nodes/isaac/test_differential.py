@@ -4,7 +4,7 @@ import pytest
 
 from graph import ComputeError
 from graph.testing import run_node
-from nodes.robots.differential import Drive, approach
+from nodes.isaac.differential import Drive, approach
 
 
 def drive(updates=1, pulses=None, **inputs):

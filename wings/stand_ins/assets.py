@@ -10,9 +10,8 @@ import re
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from graph.sim.scene.assets import StandIn
 from graph.sim.usd import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdPhysics, UsdShade
-
-from .assets import StandIn
 
 Numbers = Sequence[float]
 EFFORTS = (87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0)

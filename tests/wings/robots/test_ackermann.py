@@ -4,7 +4,7 @@ import pytest
 
 from graph import ComputeError
 from graph.testing import run_node
-from nodes.robots.ackermann import Car, ramped
+from wings.robots.ackermann import Car, ramped
 
 CAR = {"wheelBase": 2.0, "trackWidth": 1.0, "frontWheelRadius": 0.25, "backWheelRadius": 0.5}
 

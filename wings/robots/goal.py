@@ -6,7 +6,7 @@ import math
 
 from graph.base.records import dataclass
 from graph.node import Attribute, Database, node_type
-from nodes.robots.planar import heading, wrapped
+from wings.robots.planar import heading, wrapped
 
 
 @dataclass(slots=True)

@@ -1,1 +1,0 @@
-"""Wheeled-robot controllers (`isaacsim.robot.wheeled_robots`)."""

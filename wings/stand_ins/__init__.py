@@ -1,0 +1,1 @@
+"""Stand-ins for assets of Isaac Sim that are not downloaded."""
