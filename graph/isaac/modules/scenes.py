@@ -73,7 +73,7 @@ class Scene:
         dynamic_friction: float = 0.5,
         restitution: float = 0.8,
     ) -> GroundPlane:
-        from wings.stand_ins.assets import LAMP_HEIGHT, sphere_light
+        from wings.stand_ins.parts import LAMP_HEIGHT, sphere_light
 
         made = self.add_ground_plane(None, z_position, name, prim_path, static_friction, dynamic_friction, restitution)
         if not self.stage.GetPrimAtPath(f"{prim_path}/SphereLight"):

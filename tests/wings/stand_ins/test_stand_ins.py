@@ -20,6 +20,7 @@ from tests.graph.sim.scene.test_assets import GROUND, ROOT, opened, scene
         ("Environments/Simple_Warehouse/warehouse.usd", "SphereLight", "SphereLight"),
         ("Environments/Simple_Warehouse/full_warehouse.usd", "rack_0_shelf_0", "Cube"),
         ("Props/Blocks/basic_block.usd", "Cube", "Cube"),
+        ("Robots/IsaacSim/Ant/ant_instanceable.usd", "joints/left_back_foot", "PhysicsRevoluteJoint"),
         ("Robots/IsaacSim/Ant/ant_colored.usd", "Arm_04/Lower_Arm/lower_arm_joint", "PhysicsRevoluteJoint"),
         (
             "Robots/IsaacSim/SimpleArticulation/simple_articulation.usd",
@@ -55,16 +56,63 @@ def test_the_franka_has_the_joints_and_limits_of_the_original(tmp_path):
         assert np.allclose(np.radians(limits), [-3.0718, -0.0698], atol=1e-4)
 
 
-def test_the_jetbot_drives_by_its_wheels(tmp_path):
-    """0.03 m x 10 rad/s x 1 s = 0.3 m, less the start."""
-    with App(open_stage(scene(tmp_path, f"{ROOT}/Isaac/Robots/Jetbot/jetbot.usd", GROUND))) as app:
+@pytest.mark.parametrize(
+    ("asset", "chassis", "radius", "wheels"),
+    [
+        ("Jetbot/jetbot.usd", "chassis", 0.03, ["left_wheel_joint", "right_wheel_joint"]),
+        ("NVIDIA/NovaCarter/nova_carter.usd", "chassis_link", 0.14, ["joint_wheel_left", "joint_wheel_right"]),
+        ("NVIDIA/Carter/carter_v1.usd", "chassis_link", 0.24, ["left_wheel", "right_wheel"]),
+    ],
+)
+def test_a_robot_on_two_wheels_drives_by_them(tmp_path, asset, chassis, radius, wheels):
+    """Both rims move at 0.3 m/s: after a second the robot is at 0.3 m, less the start."""
+    with App(open_stage(scene(tmp_path, f"{ROOT}/Isaac/Robots/{asset}", GROUND))) as app:
         app.play()
         tensors = app.simulation.tensors
-        tensors.set_joint_targets(velocities=[10.0, 10.0])
+        assert [path.rpartition("/")[2] for path in tensors.joint_paths] == wheels
+        tensors.set_joint_targets(velocities=[0.3 / radius] * 2)
         app.update(steps=60)
-        x, y, _ = app.simulation.tensors.positions[list(tensors.body_paths).index("/P0/chassis")]
+        x, y, _ = app.simulation.tensors.positions[list(tensors.body_paths).index(f"/P0/{chassis}")]
         assert 0.25 < x < 0.305
         assert abs(y) < 0.01
+
+
+def test_the_forklift_turns_about_its_front_axle_by_its_back_wheels(tmp_path):
+    """Back wheels at -atan(base / (r -+ half a track)) from a circle of r = 4 m: yaw grows by speed / r."""
+    with App(open_stage(scene(tmp_path, f"{ROOT}/Isaac/Robots/IsaacSim/ForkliftC/forklift_c.usd", GROUND))) as app:
+        app.play()
+        robot = app.physics.articulation("/P0")
+        names = list(robot.joint_names)
+        assert sorted(names) == sorted(
+            [f"{side}_{end}_wheel_joint" for side in ("left", "right") for end in ("front", "back")]
+            + ["left_rotator_joint", "right_rotator_joint"]
+        )
+        turns = [-np.arctan2(1.65, 4.0 - side * 0.525) for side in (1, -1)]
+        robot.set_targets(positions=turns, joints=[names.index(f"{one}_rotator_joint") for one in ("left", "right")])
+        app.update(steps=60)
+        speeds = [1.5 * (4.0 - side * 0.525) / 4.0 / 0.325 for side in (1, -1)]
+        front = [names.index(f"{one}_front_wheel_joint") for one in ("left", "right")]
+        back = [names.index(f"{one}_back_wheel_joint") for one in ("left", "right")]
+        robot.set_targets(velocities=speeds, joints=front)
+        robot.set_targets(velocities=[np.hypot(1.65, 4.0 - s * 0.525) * 1.5 / 4 / 0.255 for s in (1, -1)], joints=back)
+        app.update(steps=120)
+        row = list(app.simulation.tensors.body_paths).index("/P0/body")
+        assert app.simulation.tensors.angular_velocities[row][2] == pytest.approx(1.5 / 4.0, rel=0.1)
+
+
+def test_the_cart_slides_and_its_pole_swings(tmp_path):
+    with App(open_stage(scene(tmp_path, f"{ROOT}/Isaac/Robots/IsaacSim/Cartpole/cartpole.usd"))) as app:
+        app.play()
+        robot = app.physics.articulation("/P0")
+        assert (list(robot.joint_names), list(robot.linear)) == (["cartJoint", "poleJoint"], [True, False])
+
+
+def test_a_variant_of_the_franka_can_be_chosen(tmp_path):
+    stage, _ = opened(scene(tmp_path, f"{ROOT}/Isaac/Robots/FrankaRobotics/FrankaPanda/franka.usd"))
+    sets = stage.GetPrimAtPath("/P0").GetVariantSets()
+    assert sets.GetAllVariantSelections() == {"Gripper": "Default", "Mesh": "Performance"}
+    assert sets.GetVariantSet("Gripper").SetVariantSelection("AlternateFinger")
+    assert stage.GetPrimAtPath("/P0/panda_leftfinger")
 
 
 def test_the_pivot_arm_is_a_load_of_two_kilograms_at_a_metre(tmp_path):
@@ -79,8 +127,9 @@ def test_the_pivot_arm_is_a_load_of_two_kilograms_at_a_metre(tmp_path):
         assert efforts[0] == pytest.approx(-19.62, abs=0.05)
 
 
-def test_the_ant_stands_on_four_legs_whose_tips_bear_its_weight(tmp_path):
-    file = scene(tmp_path, f"{ROOT}/Isaac/Robots/IsaacSim/Ant/ant_colored.usd")
+@pytest.mark.parametrize("name", ["ant_colored", "ant_instanceable"])
+def test_the_ant_stands_on_four_legs_whose_tips_bear_its_weight(tmp_path, name):
+    file = scene(tmp_path, f"{ROOT}/Isaac/Robots/IsaacSim/Ant/{name}.usd")
     stage, _ = opened(file)
     plane = UsdGeom.Plane.Define(stage, "/Ground")
     plane.AddTranslateOp().Set((0, 0, -0.78))

@@ -92,9 +92,9 @@ def test_a_variant_of_a_sensor_asset_is_chosen_as_in_the_original(tmp_path):
 
 @needs_wing("stand_ins")
 def test_what_is_missing_below_a_missing_asset_names_the_asset(tmp_path):
-    address = f"{ROOT}/Isaac/Robots/NVIDIA/Carter/nova_carter.usd"
+    address = f"{ROOT}/Isaac/Robots/NVIDIA/Carter/carter_v3.usd"
     stage, warnings = opened(scene(tmp_path, address))
-    told = f"nova_carter.usd is not downloaded ({address}; give its folder with --asset-root {ROOT}=DIR)"
+    told = f"carter_v3.usd is not downloaded ({address}; give its folder with --asset-root {ROOT}=DIR)"
     assert warnings[0][2] == f"{told} so that /P0 stays empty; it is left out"
     assert missing_above(stage, "/P0/chassis_link/imu") == f"/P0 is empty because {told}"
     assert missing_above(stage, "/Elsewhere") == ""
