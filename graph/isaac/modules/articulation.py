@@ -14,7 +14,7 @@ from graph.sim.scene.assets import missing_above
 from graph.sim.scene.mechanisms import mechanisms_of
 from graph.sim.usd import UsdPhysics
 
-from .articulation_properties import Properties
+from .articulation_properties import Properties, at_once
 from .prim_base import XformPrim
 from .xforms import world_parts
 
@@ -221,6 +221,7 @@ class Articulation(Properties, XformPrim):
         both = np.array(out)
         return result(both[..., 0]), result(both[..., 1])
 
+    @at_once
     def set_dof_limits(
         self, lower: Any = None, upper: Any = None, *, indices: Any = None, dof_indices: Any = None
     ) -> None:
@@ -235,6 +236,7 @@ class Articulation(Properties, XformPrim):
             result([[_gain(prim, name) for prim in joints] for joints in chosen]) for name in ("stiffness", "damping")
         )
 
+    @at_once
     def set_dof_gains(
         self,
         stiffnesses: Any = None,
@@ -262,6 +264,7 @@ class Articulation(Properties, XformPrim):
             [[_drive(joints[n], "maxForce", np.inf) for n in numbers(dof_indices, len(joints))] for joints in found]
         )
 
+    @at_once
     def set_dof_max_efforts(self, max_efforts: Any, *, indices: Any = None, dof_indices: Any = None) -> None:
         for prim, value in self._each(max_efforts, indices, dof_indices):
             _author_drive(prim, "maxForce", value, turned=False)
@@ -270,6 +273,7 @@ class Articulation(Properties, XformPrim):
         found = [self._joints(one) for one in numbers(indices, len(self))]
         return [[str(_api(prim).GetTypeAttr().Get() or "force") for prim in joints] for joints in found]
 
+    @at_once
     def set_dof_drive_types(self, types: Any, *, indices: Any = None, dof_indices: Any = None) -> None:
         for one in numbers(indices, len(self)):
             joints = self._joints(one)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import nullcontext
+from functools import wraps
 from typing import Any
 
 import numpy as np
@@ -13,8 +15,20 @@ from graph.isaac.session import app
 from graph.sim.usd import Sdf, UsdPhysics
 
 
+def at_once(setter: Callable[..., None]) -> Callable[..., None]:
+    """Makes a setter of authored values act while physics runs, as the product's tensors do."""
+
+    @wraps(setter)
+    def live(self: Any, *values: Any, **chosen: Any) -> None:
+        world = app()
+        with nullcontext() if world.physics is None else world.edit(when_playing="recompile"):
+            setter(self, *values, **chosen)
+
+    return live
+
+
 class Properties:
-    """Authored properties act from the next play on; equations of motion are those of the present state."""
+    """Properties are authored, and act at once; equations of motion are those of the present state."""
 
     paths: list[str]
     prims: list[Any]
@@ -53,6 +67,7 @@ class Properties:
     def get_dof_armatures(self, *, indices: Any = None, dof_indices: Any = None) -> Result:
         return result(_read(self._dofs(indices, dof_indices), "physxJoint:armature"))
 
+    @at_once
     def set_dof_armatures(self, armatures: Any, *, indices: Any = None, dof_indices: Any = None) -> None:
         _write(self._dofs(indices, dof_indices), "physxJoint:armature", armatures)
 
@@ -62,6 +77,7 @@ class Properties:
         values = np.array(_read(found, "physxJoint:maxJointVelocity", np.inf))
         return result(values * [[_per_degree(prim) for prim in row] for row in found])
 
+    @at_once
     def set_dof_max_velocities(self, max_velocities: Any, *, indices: Any = None, dof_indices: Any = None) -> None:
         found = self._dofs(indices, dof_indices)
         given = _matrix(max_velocities, found)
@@ -72,6 +88,7 @@ class Properties:
         found = self._dofs(indices, dof_indices)
         return tuple(result(_read(found, f"physxJointAxis:{{axis}}:{name}")) for name in _FRICTIONS)
 
+    @at_once
     def set_dof_friction_properties(
         self,
         static_frictions: Any = None,
@@ -95,6 +112,7 @@ class Properties:
         values = [[known.get(str(prim.GetPath()), _mass(prim)) for prim in row] for row in links]
         return result([[1 / one if inverse and one else one for one in row] for row in values])
 
+    @at_once
     def set_link_masses(self, masses: Any, *, indices: Any = None, link_indices: Any = None) -> None:
         links = self._links(indices, link_indices)
         for prim, value in _each(links, masses):
@@ -112,6 +130,7 @@ class Properties:
         found = _read(self._links(indices, link_indices), "physxRigidBody:disableGravity")
         return result(np.array(found) == 0, bool)
 
+    @at_once
     def set_link_enabled_gravities(self, enabled: Any, *, indices: Any = None, link_indices: Any = None) -> None:
         for prim, value in _each(self._links(indices, link_indices), np.asarray(enabled, float)):
             made = prim.CreateAttribute("physxRigidBody:disableGravity", Sdf.ValueTypeNames.Bool, custom=False)

@@ -7,6 +7,7 @@ import pytest
 
 import graph.isaac
 from graph.sim import App
+from graph.sim.entered import current
 
 PENDULUM = """#usda 1.0
 (
@@ -62,6 +63,21 @@ def test_inertia_of_a_pendulum_is_that_of_its_mass_at_its_arm(pendulum):
     # I + m l^2 = 0.01 + 2 * 0.25
     assert pendulum.get_mass_matrices().numpy() == pytest.approx(np.array([[[0.51]]]))
     assert pendulum.mass_matrix_shape == (1, 1)
+
+
+def test_gains_and_limits_of_a_playing_robot_act_at_once(pendulum):
+    # A damper alone, so strong that 10 N m bend its speed by 1e-5 rad/s; then none: the arm falls to its new limit.
+    world = current()
+    pendulum.set_dof_gains([0.0], [1e6])
+    pendulum.set_dof_velocity_targets([0.2])
+    world.update(30)
+    assert pendulum.get_dof_velocities().numpy() == pytest.approx(np.array([[0.2]]), abs=1e-4)
+    pendulum.set_dof_gains([0.0], [0.0])
+    pendulum.set_dof_positions([0.0])
+    pendulum.set_dof_limits([-0.1], [0.1])
+    world.update(240)
+    assert pendulum.get_dof_positions().numpy() == pytest.approx(np.array([[0.1]]), abs=5e-3)
+    assert not [one for one in world.warnings if one.code == "edit-not-live"]
 
 
 def test_gravity_compensation_holds_a_level_pendulum(pendulum):
