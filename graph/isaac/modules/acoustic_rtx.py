@@ -8,12 +8,12 @@ from wings.acoustic.authoring import SUPPORTED_ACOUSTIC_CONFIGS
 from wings.acoustic.authoring import Acoustic as OurAcoustic
 from wings.acoustic.sensor import AcousticSensor as OurAcousticSensor
 
-from .sensors_rtx import Authoring, Product, data_of
+from .sensors_rtx import Product, Wrapping, data_of
 
 __all__ = ["SUPPORTED_ACOUSTIC_CONFIGS", "Acoustic", "AcousticSensor"]
 
 
-class Acoustic(Authoring, OurAcoustic): ...
+class Acoustic(Wrapping, OurAcoustic): ...
 
 
 class AcousticSensor(Product, OurAcousticSensor):

@@ -17,11 +17,20 @@ __all__ = [
     "ATTR_PREFIX",
     "BASE_MATERIALS",
     "COATINGS",
+    "GLASS_BASE",
+    "METALS_BASE",
+    "NONE_BASE",
+    "OTHER_BASE",
+    "POLYMERS_BASE",
     "apply_nonvisual_material",
     "decode_material_id",
     "get_material_id",
 ]
 BASE_MATERIALS = {name: number for number, name in enumerate(BASES)}
+NONE_BASE, METALS_BASE, POLYMERS_BASE, GLASS_BASE, OTHER_BASE = (
+    {name: number for name, number in BASE_MATERIALS.items() if first <= number < end}
+    for first, end in ((0, 1), (1, 11), (11, 19), (19, 24), (24, len(BASES)))
+)
 COATINGS = {name: number for number, name in enumerate(COATING_NAMES)}
 ATTR_PREFIX = PREFIX
 ATTR_BASE, ATTR_COATING, ATTR_ATTRIBUTE = (f"{PREFIX}:{name}" for name in ("base", "coating", "attributes"))

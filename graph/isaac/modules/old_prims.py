@@ -281,7 +281,7 @@ class ArticulationController:
         return list(self._view.get_dof_drive_types()[0])
 
     def set_effort_modes(self, mode: str, joint_indices: Any = None) -> None:
-        """Stores the drives' type on their joints; it acts from the next play on."""
+        """Stores the drives' type on their joints."""
         self._view.set_dof_drive_types(mode, dof_indices=joint_indices)
 
     def get_joint_limits(self) -> np.ndarray:

@@ -11,7 +11,8 @@ from sensors.camera.sensor import CameraSensor as OurCameraSensor
 from sensors.camera.structured_light import StructuredLightCamera
 from sensors.camera.tiled_sensor import TiledCameraSensor
 from sensors.configs import SUPPORTED_CAMERA_CONFIGS, SUPPORTED_LIDAR_CONFIGS
-from sensors.gmo import GenericModelOutput, getMagicNumberGMO, parse_generic_model_output_data
+from sensors.errors import SensorValueError
+from sensors.gmo import GenericModelOutput, parse_generic_model_output_data
 from sensors.lidar.authoring import Lidar as OurLidar
 from sensors.lidar.authoring import LidarSensor as OurLidarSensor
 from sensors.radar.authoring import Radar as OurRadar
@@ -21,9 +22,13 @@ from sensors.surfaces import ids
 from sensors.writers import register_writer_spec, unregister_writer_spec
 
 __all__ = [
+    "SUPPORTED_ACOUSTIC_VARIANT_SET_NAME",
     "SUPPORTED_CAMERA_CONFIGS",
+    "SUPPORTED_CAMERA_VARIANT_SET_NAME",
     "SUPPORTED_LIDAR_CONFIGS",
+    "SUPPORTED_LIDAR_VARIANT_SET_NAME",
     "SUPPORTED_RADAR_CONFIGS",
+    "SUPPORTED_RADAR_VARIANT_SET_NAME",
     "CameraSensor",
     "GenericModelOutput",
     "Lidar",
@@ -34,8 +39,7 @@ __all__ = [
     "SingleViewDepthCameraSensor",
     "StructuredLightCamera",
     "TiledCameraSensor",
-    "getMagicNumberGMO",
-    "getModelOutputFromBuffer",
+    "get_camera_metadata",
     "parse_generic_model_output_data",
     "parse_object_ids",
     "parse_stable_id_map_data",
@@ -44,7 +48,23 @@ __all__ = [
     "unregister_annotator_spec",
     "unregister_writer_spec",
 ]
-getModelOutputFromBuffer = parse_generic_model_output_data  # noqa: N816
+SUPPORTED_ACOUSTIC_VARIANT_SET_NAME = SUPPORTED_CAMERA_VARIANT_SET_NAME = "sensor"
+SUPPORTED_LIDAR_VARIANT_SET_NAME = SUPPORTED_RADAR_VARIANT_SET_NAME = "sensor"
+
+
+def get_camera_metadata(config_path: str) -> dict[str, Any]:
+    """What a table of cameras shows of one: its vendor, the name shown, a name for its prim, whether it measures depth,
+    its variants. Raises KeyError for an address that is not in SUPPORTED_CAMERA_CONFIGS.
+    """
+    known: dict[str, Any] = SUPPORTED_CAMERA_CONFIGS[config_path]
+    parts = config_path.split("/")
+    return {
+        "vendor": parts[parts.index("Sensors") + 1],
+        "display_name": known["display_name"],
+        "prim_prefix": parts[-1].partition(".")[0],
+        "is_depth_sensor": known.get("is_depth_sensor", False),
+        "variants": known.get("variants", set()),
+    }
 
 
 def parse_object_ids(obj_ids: Any) -> list[int]:
@@ -107,7 +127,26 @@ class Authoring:
         return super().create(path, usd_path=usd_path, config=config, **options)  # type: ignore[misc]
 
 
-class Lidar(Authoring, OurLidar):
+class Wrapping(Authoring):
+    """Sensors that wrap no bare prims: those have the schema of their kind, or values of a configuration."""
+
+    schema: str
+
+    @classmethod
+    def define(cls, stage: Any, path: str) -> Any:
+        """A new prim of this kind, with its schema authored."""
+        prim = super().define(stage, path)  # type: ignore[misc]
+        prim.AddAppliedSchema(cls.schema)
+        return prim
+
+    def _check_wrapped(self) -> None:
+        super()._check_wrapped()  # type: ignore[misc]
+        applied = map(str, self.prim.GetPrimTypeInfo().GetAppliedAPISchemas())
+        if self.schema not in applied and not self.prim.GetAuthoredPropertiesInNamespace("omni:sensor"):
+            raise SensorValueError(f"{self.path} is without the API schema {self.schema}; apply it before")
+
+
+class Lidar(Wrapping, OurLidar):
     def __init__(
         self,
         path: str,
@@ -140,7 +179,7 @@ class Lidar(Authoring, OurLidar):
         )
 
 
-class Radar(Authoring, OurRadar):
+class Radar(Wrapping, OurRadar):
     def __init__(self, path: str, *, aux_output_level: str = "NONE", **options: Any) -> None:
         super().__init__(path, aux_output_level=aux_output_level, **options)
 
