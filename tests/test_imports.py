@@ -381,7 +381,7 @@ def test_each_heavy_library_is_imported_by_its_owners_alone(library):
     assert importers == OWNERS[library]
 
 
-KNOW_MUJOCO = ("graph.sim.physics.mujoco", "graph.sim.mjcf", "wings.opengl", "wings.device")
+KNOW_MUJOCO = ("graph.sim.physics.mujoco", "wings.mjcf", "wings.opengl", "wings.device")
 """What owns MuJoCo's models and data: the engine, its file format, its renderer, and its steps on a device."""
 
 

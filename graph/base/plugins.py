@@ -83,6 +83,8 @@ FILES = "tickgraph.files"
 """Each a `graph.files.kinds.FileKind`, by the first key of such files."""
 TARGETS = "tickgraph.targets"
 """Each a `graph.cli.targets.Target`, by its name in `graph check --target NAME`."""
+MODELS = "tickgraph.models"
+"""Each a function that opens the file of a scene's model, as `graph.sim.physics.protocol.ModelScene`."""
 ASSETS = "tickgraph.assets"
 """Each a function that makes the `graph.sim.scene.assets.StandIn` of an asset path from `/Isaac/` on, or gives None."""
 
@@ -101,6 +103,7 @@ _KINDS = {
     FILES: "kind of file",
     TARGETS: "target",
     ASSETS: "stand-in",
+    MODELS: "scene format",
 }
 _GROUP = re.compile(r'\[(?:project\.entry-points\.)?"?(tickgraph\.\w+)"?\]')
 _ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))

@@ -40,10 +40,11 @@ def build_stage(
     roots = [root for root in (spec.folder, *allow) if root is not None]
     mjcf: Any = None
     if scene.mjcf is not None:
-        from graph.sim.mjcf.scene import open_mjcf
+        from graph.sim.world import model_opener
 
+        open_model = model_opener()
         try:
-            mjcf = open_mjcf(scene.mjcf, roots, scene.keyframe, warn, is_urdf=scene.is_urdf)
+            mjcf = open_model(scene.mjcf, roots, scene.keyframe, warn, is_urdf=scene.is_urdf)
         except UserError as error:
             placed = [one if one.mark else Problem(one.message, scene.mark) for one in error.problems]
             raise UserError(placed) from error

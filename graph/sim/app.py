@@ -147,9 +147,7 @@ class App(Suggesting):
         if authored == 0 and physics_hz is None and knobs.physics_hz is None:
             self.simulation.refuse_rate_zero()
         if self.mjcf is not None:
-            from .mjcf.controls import serve
-
-            serve(self.mjcf, self.world, self.phases)
+            self.mjcf.serve(self.world, self.phases)
         self.on("resume", self.simulation.resample, -1)
         self.driver = Driver(
             self.world,
@@ -240,7 +238,7 @@ class App(Suggesting):
 
     @property
     def mjcf(self) -> Any:
-        """The MJCF model (`graph.sim.mjcf.MjcfScene`) that the stage mirrors, or None."""
+        """The MJCF model (`graph.sim.physics.protocol.ModelScene`) that the stage mirrors, or None."""
         return self.world.mjcf
 
     @property

@@ -6,9 +6,11 @@ import weakref
 from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from pathlib import Path
+from types import FunctionType
 from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import UserError
+from graph.base.plugins import MODELS, required
 from graph.base.shorten import listed
 
 from .fidelity import Fidelity
@@ -20,7 +22,7 @@ from .state.playing_world import WhenPlaying, checked_choice
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
-    from .physics.protocol import EngineFactory
+    from .physics.protocol import EngineFactory, ModelScene
     from .scene.stage import StageState, Warn
     from .state.prim_poses import PrimPoses
 
@@ -218,9 +220,7 @@ def open_world(
     if isinstance(mjcf, (str, Path)):
         if stage is not None:
             raise UserError("App: give a stage or an MJCF file, not both")
-        from .mjcf.scene import open_mjcf
-
-        mjcf = open_mjcf(mjcf, warn=warn)
+        mjcf = model_opener()(mjcf, warn=warn)
     if mjcf is not None:
         stage = mjcf.stage
     if stage is None or isinstance(stage, (str, Path)):
@@ -233,6 +233,11 @@ def open_world(
         if not hasattr(stage, "GetRootLayer"):
             raise UserError(f"stage {stage!r}: give the path of a USD file, a Usd.Stage, or None for an empty one")
     return World(stage, mjcf=mjcf, engine=engine, fidelity=fidelity, when_playing=when_playing, warn=warn)
+
+
+def model_opener() -> Callable[..., ModelScene]:
+    """The function of a plug-in that opens MJCF and URDF files."""
+    return required(MODELS, "mjcf", FunctionType, "scene format")
 
 
 def _tell_graphs(stage: Any, path: str | Path, warn: Warn) -> None:

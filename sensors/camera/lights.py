@@ -313,7 +313,7 @@ class LightInputs:
         return _Z_ON_TOP if pole == "Z" else np.eye(3)
 
     def headlight(self) -> np.ndarray:
-        """(3,) float32 [lux]: that of an MJCF model (`graph.sim.mjcf.looks`)."""
+        """(3,) float32 [lux]: that of an MJCF model."""
         found = np.array(numbers_of(self._get("mjc:headlight"), 3) or (0.0,) * 3)
         return np.asarray(np.clip(found, 0.0, BRIGHTEST), np.float32)
 

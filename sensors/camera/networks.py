@@ -33,8 +33,8 @@ class Source:
     """Where the value of an input comes from: a texture, a primvar, or the plain value.
 
     plain: also counts where texture and primvar have no value. channels: of the texture's red, green, blue and alpha.
-    placed: surfaces without coordinates have the plain value, and planes have coordinates of their own
-    (`graph.sim.mjcf.looks`).
+    placed: surfaces without coordinates have the plain value, and planes have coordinates of their own,
+    as in an MJCF model.
     """
 
     plain: tuple[float, ...]

@@ -85,6 +85,12 @@ NEEDS = {
         "",
     ),
     "hsb": node("HSBSend"),
+    "mjcf": (
+        "scene: {mjcf: model.xml}",
+        ["check", "file.yaml"],
+        "graph: the scene format mjcf cannot be used: it comes",
+        "",
+    ),
     "opengl": (
         "fidelity: {camera.backend: gl}",
         ["run", "file.yaml", "--updates", "1"],
@@ -134,6 +140,7 @@ def test_everything_else_works_without_the_wing(wing, tmp_path):
     text, command, before, after = NEEDS[wing]
     tree = tree_without(wing, tmp_path)
     (tree / "file.yaml").write_text(f"tickgraph: 1\n{text}\n")
+    (tree / "model.xml").write_text("<mujoco/>")
     run = [sys.executable, "-c", TRIED, *command]
     done = subprocess.run(run, cwd=tree, env=environment(tree), capture_output=True, text=True, check=False)
     reason = (

@@ -1,7 +1,7 @@
 """Rigid-body physics of a stage, built when the simulation plays and freed when it stops.
 
 `protocol` is the interface of an engine; `read_world` reads the stage into plain data (`model`) for any engine;
-`mujoco` is the default engine. Only `mujoco` and `graph.sim.mjcf` use MuJoCo's models and data.
+`mujoco` is the default engine. Only `mujoco` and wings use MuJoCo's models and data.
 """
 
 from __future__ import annotations

@@ -22,6 +22,8 @@ from graph.sim.transforms import Floats
 
 if TYPE_CHECKING:
     from graph.sim.fidelity import Fidelity
+    from graph.sim.phases import Phases
+    from graph.sim.state.playing_world import PlayingWorld
 
     from .articulation import Articulation
     from .solver import SolverOptions
@@ -355,11 +357,16 @@ class PhysicsEngine(Protocol):
 
 
 class ModelScene(Protocol):
-    """A model that the stage mirrors (`graph.sim.mjcf.scene.MjcfScene`)."""
+    """A model that the stage mirrors, of an MJCF or URDF file."""
+
+    stage: Any
 
     @property
     def moves(self) -> bool:
         """Whether anything in it can move."""
+
+    def serve(self, world: PlayingWorld, phases: Phases) -> None:
+        """Connects a world's Fabric and stage to the model's actuators and sensors, until the world closes."""
 
     def settle(self, warn: Warn) -> None:
         """Takes over the places that the stage gives to the roots of the model."""

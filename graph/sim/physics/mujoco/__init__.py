@@ -1,1 +1,1 @@
-"""MuJoCo as the physics engine. Only this package and `graph.sim.mjcf` use MuJoCo's models and data."""
+"""MuJoCo as the physics engine. Only this package and wings use MuJoCo's models and data."""

@@ -41,7 +41,7 @@ Compile = Callable[[WorldModel, Fraction, Warn], Compiled]
 class MujocoEngine(EngineJoints, EngineQueries):
     """The bodies of a playing world.
 
-    `model` and `data` are MuJoCo's own; only this package and `graph.sim.mjcf` read them. Bodies are numbered from 1 in
+    `model` and `data` are MuJoCo's own; only this package and wings read them. Bodies are numbered from 1 in
     the model, in the order of `body_paths`. Methods of the protocol are documented there.
     """
 

@@ -50,7 +50,7 @@ def test_mirrored_poses_are_mujocos_after_a_thousand_steps(quadruped):
 
 def test_a_keyframe_is_where_it_starts_before_and_after_play(quadruped):
     model, data = reference(quadruped, 0, key=0)
-    from graph.sim.mjcf.scene import open_mjcf
+    from wings.mjcf.scene import open_mjcf
 
     with App(mjcf=open_mjcf(quadruped, keyframe="home")) as app:
         assert np.abs(np.subtract(*mirrored(app, model, data))).max() <= 1e-12
@@ -63,7 +63,7 @@ def test_a_keyframe_is_where_it_starts_before_and_after_play(quadruped):
 
 
 def test_an_unknown_keyframe_is_reported_with_those_there_are(quadruped):
-    from graph.sim.mjcf.scene import open_mjcf
+    from wings.mjcf.scene import open_mjcf
 
     with pytest.raises(UserError, match=r"has no keyframe 'hme'; it has home"):
         open_mjcf(quadruped, keyframe="hme")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from graph.sim.mjcf.scene import open_mjcf
+from wings.mjcf.scene import open_mjcf
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +23,10 @@ from graph.sim.usd import EARLIEST, UsdGeom
 from .files import Document, read_model
 from .loading import keyframe_number, load
 from .naming import ROOT, Paths, flex_name, prim_paths
+
+if TYPE_CHECKING:
+    from graph.sim.phases import Phases
+    from graph.sim.state.playing_world import PlayingWorld
 
 MOVED = 1e-9
 """The least difference between a prim's pose and the model's [m or rad] to count as moved by the user."""
@@ -74,6 +78,12 @@ class MjcfScene:
     def moves(self) -> bool:
         """Whether anything in the model can move."""
         return bool(self.model.nv)
+
+    def serve(self, world: PlayingWorld, phases: Phases) -> None:
+        """Connects a world's Fabric and stage to the model's actuators and sensors, until the world closes."""
+        from .controls import serve
+
+        serve(self, world, phases)
 
     def start(self, model: Any, data: Any) -> None:
         """Puts data of this model, or of a grown copy, into the initial state of the scene.

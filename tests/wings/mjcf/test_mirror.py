@@ -11,7 +11,7 @@ from graph.sim.usd import UsdGeom, UsdPhysics
 
 
 def test_bodies_lie_side_by_side_and_carry_their_parts(opened, quadruped):
-    from graph.sim.mjcf.scene import open_mjcf
+    from wings.mjcf.scene import open_mjcf
 
     scene = open_mjcf(quadruped)
     kinds = {str(prim.GetPath()): str(prim.GetTypeName()) for prim in scene.stage.Traverse()}
@@ -53,7 +53,7 @@ def test_equal_names_are_distinguished_bodies_first(opened):
 
 
 def test_what_moves_is_a_rigid_body_and_what_is_driven_by_hand_a_kinematic_one(quadruped):
-    from graph.sim.mjcf.scene import open_mjcf
+    from wings.mjcf.scene import open_mjcf
 
     stage = open_mjcf(quadruped).stage
     moving = {p.GetName() for p in stage.Traverse() if p.HasAPI(UsdPhysics.RigidBodyAPI)}

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from graph.sim.mjcf.scene import open_mjcf
 from graph.sim.physics.mujoco.library import mujoco
 from sensors.camera.config import read_config
 from sensors.camera.lens import ParallelLens
+from wings.mjcf.scene import open_mjcf
 
 SENSOR = "sensorsize='.0064 .0048' resolution='640 480'"
 CAMERAS = {

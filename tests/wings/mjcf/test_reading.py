@@ -7,8 +7,8 @@ import struct
 import pytest
 
 from graph.base.errors import UserError
-from graph.sim.mjcf.scene import open_mjcf
 from tests.support.mjcf_robots import TETRAHEDRON
+from wings.mjcf.scene import open_mjcf
 
 MESH = "<asset><mesh name='m' file='{}'/></asset><worldbody><geom type='mesh' mesh='m'/></worldbody>"
 
