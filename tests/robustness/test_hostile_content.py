@@ -172,6 +172,7 @@ def test_a_damaged_record_outside_the_chunks_is_left_out_of_the_index(said, tmp_
     assert len(list(McapSource(path).read())) == 3
 
 
+@needs_wing("mjcf")
 def test_what_qhull_prints_of_a_mesh_without_a_hull_is_not_shown(said, tmp_path):
     """A tetrahedron 3.4e38 m high: its volume is more than a float32 holds."""
     (tmp_path / "m.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 3.4e38\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")

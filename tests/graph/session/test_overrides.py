@@ -9,6 +9,7 @@ from graph.files import loads
 from graph.session.open import build_parts
 from graph.session.overrides import apply_overrides
 from graph.sim import App
+from tests.support.without_wing import needs_wing
 
 FILE = """\
 tickgraph: 1
@@ -111,6 +112,7 @@ def test_prims_of_a_usd_scene_take_attributes_and_the_file_on_disk_stays(over_us
     assert attribute(build_parts(over_usd), "/World/Lidar", "omni:sensor:tickRate") == 10
 
 
+@needs_wing("mjcf")
 def test_prims_of_an_mjcf_model_take_attributes(tmp_path):
     (tmp_path / "model.xml").write_text(MJCF)
     path = tmp_path / "file.yaml"

@@ -5,6 +5,7 @@ import pytest
 from graph.sim import App, MemorySink
 from graph.testing import run_node
 from tests.support.jointed_robots import ROOTS, TWO_ROBOTS, define_ball, define_robot
+from tests.support.without_wing import needs_wing
 
 WALKER = [("world", "torso"), ("torso", "leg"), ("leg", "foot")]
 ARM = [("world", "stand"), ("stand", "arm")]
@@ -35,6 +36,7 @@ def names(app, target):
     return list(app.sink["/joint_states"][-1].message.name)
 
 
+@needs_wing("mjcf")
 @pytest.mark.parametrize(
     ("target", "frames"),
     [
@@ -49,6 +51,7 @@ def test_the_tree_of_a_models_robot_is_its_own_links(models, target, frames):
     assert edges(models, target) == frames
 
 
+@needs_wing("mjcf")
 @pytest.mark.parametrize(
     ("target", "joints"),
     [
@@ -60,6 +63,7 @@ def test_joint_states_have_the_models_names_from_any_prim_of_the_robot(models, t
     assert names(models, target) == joints
 
 
+@needs_wing("mjcf")
 @pytest.mark.parametrize("name", ["hip-yaw.l", "hip_yaw_l"])
 def test_commands_take_the_models_name_and_the_prims(models, name):
     trace = once(models, "IsaacArticulationState", targetPrim=["/World/torso"], jointNames=[name])
@@ -111,6 +115,7 @@ def test_an_overridden_joint_name_is_in_messages_and_commands(stage, world):
     once(app, "IsaacArticulationController", targetPrim=["/World/Robot"], jointNames=["left.hinge"], effortCommand=[1])
 
 
+@needs_wing("mjcf")
 def test_a_sensor_that_excludes_a_robot_hits_none_of_its_links(models):
     from sensors.prim import read_exclude, write_exclude
 
@@ -124,6 +129,7 @@ def test_a_sensor_that_excludes_a_robot_hits_none_of_its_links(models):
         assert sorted(read_exclude(prim)) == [f"/World/{name}" for name in hidden]
 
 
+@needs_wing("mjcf")
 @pytest.mark.parametrize(("excluded", "nearest"), [("/World/torso", 4.9), ("/World/wall", 0.9)])
 def test_a_walkers_lidar_sees_other_robots_and_not_its_own_legs(tmp_path, excluded, nearest):
     # The balls of 0.1 m of its leg and of the stand are 1 and 5 m from the lidar, the wall at 6 m.

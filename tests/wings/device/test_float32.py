@@ -22,6 +22,7 @@ from graph.trade.study import Scene, Study
 from graph.trade.trial import Timed, measure
 from graph.trade.verdict import remarks
 from tests.support.devices import DEVICES, WORLD
+from tests.support.without_wing import needs_wing
 
 TURNING = WORLD.replace("damping: 5.0", "damping: 5.0\n        drive:angular:physics:targetVelocity: 90.0")
 METRICS = ("float32.position_max", "float32.position_final", "float32.orientation_max", "float32.joint_max")
@@ -91,6 +92,7 @@ def test_it_ends_where_the_file_puts_a_body_elsewhere(file):
     assert found.apart["position"].max() < 1e-6
 
 
+@needs_wing("mjcf")
 def test_a_world_that_the_device_does_not_simulate_is_named_and_gives_no_figures(file, tmp_path):
     model = tmp_path / "pgs.xml"
     body = "<worldbody><body><freejoint/><geom size='0.1'/></body></worldbody>"

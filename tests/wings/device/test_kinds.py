@@ -16,6 +16,7 @@ from sensors.raycast.rays import RayBundle
 from sensors.raycast.shared import cast_world
 from tests.support.devices import on_each
 from tests.support.lidar_worlds import EVERYTHING, add_box, add_lidar, bind, frames_of, rotary, stare, weightless
+from tests.support.without_wing import needs_wing
 
 RANDOM = np.random.default_rng(4)
 SPREAD = EmitterState(
@@ -143,6 +144,7 @@ SHAPES = """\
 """
 
 
+@needs_wing("mjcf")
 @on_each
 def test_distance_fields_height_fields_and_ellipsoids_of_models_are_met_alike(device, tmp_path):
     """A geom with a signed distance field is seen as its mesh, by rays of both."""

@@ -7,6 +7,7 @@ import pytest
 
 from graph.base.errors import RunError
 from graph.sim import App
+from tests.support.without_wing import needs_wing
 
 PLANE = {"/Ground": {"type": "Plane"}}
 NO_GRAVITY = {"/Scene": {"type": "PhysicsScene", "attributes": {"physics:gravityMagnitude": 0.0}}}
@@ -139,6 +140,7 @@ def test_what_has_just_hit_the_ground_does_not_sink():
         assert told(app, "bodies-sink") == []
 
 
+@needs_wing("mjcf")
 def test_contacts_that_mujoco_has_no_memory_for_are_one_warning_and_nothing_on_the_terminal(tmp_path, capfd):
     """100 boxes on a plane have 400 contacts; 100 KB hold fewer (a contact takes more than half a KB)."""
     boxes = "".join(

@@ -10,6 +10,7 @@ from graph.sim.physics.solver import CHOICES, SWITCHES
 from graph.sim.scene.stage import open_stage
 from graph.sim.usd import Sdf
 from tests.support.physics_worlds import GROUND, physics_of, steps
+from tests.support.without_wing import needs_wing
 
 BALL = {"/A": {"type": "Sphere", "radius": 0.2, "rigid_body": True, "translate": [0, 0, 1]}}
 
@@ -96,6 +97,7 @@ def test_contacts_sink_in_and_creep_in_proportion_to_their_softness(softness):
     assert sunk[1] / sunk[0] == pytest.approx(softness, rel=0.3)
 
 
+@needs_wing("mjcf")
 def test_a_models_contacts_soften_too_and_only_when_asked(tmp_path):
     """1 - 0.1 (1 - 0.8) = 0.98 and 1 - 0.1 (1 - 0.9) = 0.99."""
     file = tmp_path / "ball.xml"
