@@ -140,13 +140,6 @@ TYPES: Mapping[str, tuple[str, ...]] = {
     "lidar.extract": _of("isaacsim.sensors.rtx.nodes", "OgnIsaacExtractRTXSensorPointCloud"),
     "lidar.flat_scan": _of("isaacsim.sensors.rtx", "IsaacComputeRTXLidarFlatScan"),
     "lidar.scan_buffer": _of("isaacsim.sensors.rtx", "IsaacCreateRTXLidarScanBuffer"),
-    "replicator.indices": _of("isaacsim.replicator.domain_randomization", "OgnCountIndices OgnIntervalFiltering"),
-    "replicator.prims": _of("omni.replicator.core", "OgnGetPrimAtPath"),
-    "replicator.random_numbers": _of("isaacsim.replicator.domain_randomization", "Random3f"),
-    "replicator.samplers": _of(
-        "isaacsim.replicator.examples",
-        "OgnSampleInSphere OgnSampleOnSphere OgnSampleBetweenSpheres",
-    ),
     "ros2.any_topic": _of("isaacsim.ros2.bridge", "ROS2Publisher ROS2Subscriber"),
     "ros2.boxes": _of("isaacsim.ros2.bridge", "ROS2PublishBbox2D ROS2PublishBbox3D"),
     "ros2.camera_helper": _of("isaacsim.ros2.bridge", "ROS2CameraHelper"),
@@ -181,13 +174,5 @@ TYPES: Mapping[str, tuple[str, ...]] = {
     "sensing.imu": _of("isaacsim.sensors.physics", "IsaacReadIMU"),
     "sensing.joints": _of("isaacsim.sensors.physics", "IsaacReadEffortSensor IsaacReadJointState"),
     "sensing.raycast": _of("isaacsim.sensors.physics", "IsaacReadRaycastSensor"),
-    "syntheticdata.frames": (
-        *_of("omni.syntheticdata", "SdFrameIdentifier SdOnNewFrame SdOnNewRenderProductFrame"),
-        *_of("omni.graph.nodes", "GpuInteropRenderProductEntry"),
-    ),
-    "syntheticdata.render_vars": _of(
-        "omni.syntheticdata",
-        "SdPostRenderVarTextureToBuffer SdPostRenderVarToHost SdRenderVarPtr SdRenderVarToRawArray",
-    ),
 }
 """Ids of types by the module of this package that registers them, in the order in which they are suggested."""

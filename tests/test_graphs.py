@@ -17,11 +17,13 @@ from graph.cli.main import main
 from tests.support.places import ROOT
 from tests.support.without_wing import needs_wing
 
+OF_WINGS = {"physx_sensors": "physx", "camera_pipeline": "replicator"}
+"""Examples by the wing whose nodes they have."""
 FILES = sorted(
     path
     for path in (ROOT / "graphs").glob("*.yaml")
     if not path.name.endswith(".test.yaml") and path.stem != "worlds"  # it has no graph: `Worlds` drives it
-    if path.stem != "physx_sensors" or find_spec("wings.physx")
+    if path.stem not in OF_WINGS or find_spec(f"wings.{OF_WINGS[path.stem]}")
 )
 YARD = ROOT / "graphs" / "yard.yaml"
 TOP = "/World/Robot/Chassis/top_lidar"

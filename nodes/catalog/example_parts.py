@@ -66,11 +66,10 @@ def robot(joint: str, drive: str, upper: float) -> dict[str, str]:
 
 ARM = robot("PhysicsRevoluteJoint", "angular", 90)
 _VARIANTS = "a USD scene with a prim that has a variant set, named at prim and variantSetName"
-_PIPELINE = "SdOnNewFrame and SdOnNewRenderProductFrame before it"
-_THING = {THING: "{type: Cube, rigid_body: true}"}
+THINGS = {THING: "{type: Cube, rigid_body: true}"}
 
 PARTS: dict[str, Parts] = {
-    "AddPrimRelationship": Parts({"name": "partner", "path": THING, "target": "/World"}, _THING),
+    "AddPrimRelationship": Parts({"name": "partner", "path": THING, "target": "/World"}, THINGS),
     "AppendPath": Parts({"path": {"type": "token", "value": "/World"}, "suffix": "Thing"}),
     "DifferentialController": Parts({"wheelRadius": 0.1, "wheelDistance": 0.5, "linearVelocity": 1.0}),
     "GetParentPath": Parts({"path": {"type": "token", "value": "/World/Thing"}}),
@@ -138,21 +137,16 @@ PARTS: dict[str, Parts] = {
     "ROS2RtxRadarHelper": Parts(prims=_RADAR, product=True, sensor="/World/Radar"),
     "ROS2Subscriber": Parts({"messagePackage": "geometry_msgs", "messageName": "Point"}),
     "ScriptNode": Parts(needs="your leave to run its script: graph run --allow-scripts"),
-    "SdFrameIdentifier": Parts(needs=_PIPELINE),
-    "SdOnNewRenderProductFrame": Parts(prims=CAMERA_WORLD, product=True, sensor=CAMERA),
-    "SdRenderVarPtr": Parts(needs=_PIPELINE),
-    "SdRenderVarToRawArray": Parts(needs=_PIPELINE),
-    "OgnGetPrimAtPath": Parts({"paths": [THING]}, _THING),
     "SetPrimActive": Parts({"primTarget": THING}, {THING: "{type: Scope}"}),
-    "SetTarget": Parts({"targets": THING, "setTarget": "/World"}, _THING),
-    "ToTarget": Parts({"value": {"type": "token", "value": THING}}, _THING),
+    "SetTarget": Parts({"targets": THING, "setTarget": "/World"}, THINGS),
+    "ToTarget": Parts({"value": {"type": "token", "value": THING}}, THINGS),
     "WritePrimAttribute": Parts(
         {"prim": THING, "name": "xformOp:translate", "value": {"type": "double[3]", "value": [1.0, 2.0, 3.0]}},
         {THING: "{type: Cube, translate: [0, 0, 1]}"},
     ),
-    "WritePrimRelationship": Parts({"prim": THING, "name": "partner", "value": ["/World"]}, _THING),
+    "WritePrimRelationship": Parts({"prim": THING, "name": "partner", "value": ["/World"]}, THINGS),
     "WritePrimMaterial": Parts(
-        {"materialPath": "/World/Paint", "primPath": THING}, {**_THING, "/World/Paint": "{type: Material}"}
+        {"materialPath": "/World/Paint", "primPath": THING}, {**THINGS, "/World/Paint": "{type: Material}"}
     ),
     "WriteSetting": Parts({"settingPath": "/my/number"}),
 }

@@ -6,13 +6,13 @@ again. The numbers differ from those of other products with the same seed; the d
 
 from __future__ import annotations
 
+import zlib
 from typing import TYPE_CHECKING, Any
 
 from graph.base.records import dataclass
 from graph.node import Attribute, Database, node_type
 from graph.values.coercion import dtype_of
 from nodes.bounds import at_least
-from nodes.replicator.random_numbers import Random, generator_of
 
 from .numbers import aligned, settled
 from .promotion import promoted
@@ -29,6 +29,25 @@ INPUTS = {
     "useSeed": Attribute("bool", "whether to draw from the seed instead of one made for the node", default=False),
 }
 EXEC_OUT = Attribute("execution", "follows once the value is drawn")
+
+
+@dataclass(slots=True)
+class Random:
+    """Memory of a node that draws random numbers."""
+
+    generator: Any = None
+
+
+def generator_of(db: Database) -> np.random.Generator:
+    """The node's own generator, from the App's seed (0 without one) and the node's path."""
+    import numpy as np
+
+    memory = db.memory
+    if memory.generator is None:
+        app = db.context.app
+        memory.generator = np.random.default_rng([0 if app is None else app.seed, zlib.crc32(db.path.encode())])
+    generator: np.random.Generator = memory.generator
+    return generator
 
 
 @dataclass(slots=True)

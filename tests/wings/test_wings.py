@@ -105,6 +105,7 @@ NEEDS = {
         "graph: the target ovrtx cannot be used: it comes",
         "",
     ),
+    "replicator": node("SdOnNewFrame"),
     "robots": node("StanleyControlPID"),
     "stand_ins": (
         "scene: {prims: {/World/G: {reference: /Isaac/Environments/Grid/grid.usd}}}",

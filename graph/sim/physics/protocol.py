@@ -22,8 +22,6 @@ from graph.sim.transforms import Floats
 
 if TYPE_CHECKING:
     from graph.sim.fidelity import Fidelity
-    from graph.sim.phases import Phases
-    from graph.sim.state.playing_world import PlayingWorld
 
     from .articulation import Articulation
     from .solver import SolverOptions
@@ -365,7 +363,7 @@ class ModelScene(Protocol):
     def moves(self) -> bool:
         """Whether anything in it can move."""
 
-    def serve(self, world: PlayingWorld, phases: Phases) -> None:
+    def serve(self, world: Any, phases: Any) -> None:
         """Connects a world's Fabric and stage to the model's actuators and sensors, until the world closes."""
 
     def settle(self, warn: Warn) -> None:

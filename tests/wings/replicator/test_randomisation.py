@@ -3,7 +3,7 @@ import pytest
 
 from graph import ComputeError
 from graph.testing import run_node
-from nodes.replicator.samplers import sample_shell
+from wings.replicator.samplers import sample_shell
 
 PATHS = [f"/World/Ball{number}" for number in range(40)]
 

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.node import Attribute, Database, node_type
 from graph.sim.scene.prim_paths import prim_at
-
-from .random_numbers import Random, generator_of
+from nodes.data.random_values import Random, generator_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -119,3 +118,23 @@ def sample_on_sphere(db: Database) -> bool:
 def sample_between_spheres(db: Database) -> bool:
     """Place each prim at random between two spheres about its parent, uniformly in the volume."""
     return _place(db, *sorted((db.inputs.radius1, db.inputs.radius2)))
+
+
+@node_type(
+    "isaacsim.replicator.domain_randomization.Random3f",
+    version=1,
+    volatile=True,
+    inputs={
+        "minimum": Attribute("float[3]", "smallest numbers"),
+        "maximum": Attribute("float[3]", "largest numbers"),
+    },
+    outputs={"output": Attribute("float[3]", "random numbers, new ones in every compute")},
+    memory=Random,
+)
+def random_3f(db: Database) -> None:
+    """Draw three numbers, each uniformly between its minimum and maximum."""
+    inputs = db.inputs
+    low, high = inputs.minimum, inputs.maximum
+    if not (low <= high).all():
+        db.fail(f"minimum {low.tolist()} is above maximum {high.tolist()}; exchange them")
+    db.outputs.output = generator_of(db).uniform(low, high)

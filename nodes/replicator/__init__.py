@@ -1,1 +1,0 @@
-"""Randomisation (`isaacsim.replicator`): random places and numbers, and the choice of environments."""

@@ -1,1 +1,0 @@
-"""Frames and render variables, as the pipelines of `omni.syntheticdata` hand them on."""
