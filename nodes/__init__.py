@@ -161,13 +161,8 @@ TYPES: Mapping[str, tuple[str, ...]] = {
         "ROS2PublishOdometry ROS2PublishRawTransformTree ROS2PublishImu ROS2PublishAckermannDrive",
     ),
     "ros2.point_cloud_config": _of("isaacsim.ros2.bridge", "ROS2RtxLidarPointCloudConfig"),
-    "ros2.prim_services": _of("isaacsim.ros2.bridge", "ROS2ServicePrim"),
     "ros2.publish_laser_scan": _of("isaacsim.ros2.bridge", "ROS2PublishLaserScan"),
     "ros2.publish_point_cloud": _of("isaacsim.ros2.bridge", "ROS2PublishPointCloud"),
-    "ros2.service_nodes": _of(
-        "isaacsim.ros2.bridge",
-        "OgnROS2ServiceServerRequest OgnROS2ServiceServerResponse OgnROS2ServiceClient",
-    ),
     "ros2.transforms": _of("isaacsim.ros2.bridge", "ROS2PublishTransformTree"),
     "script.script_node": _of("omni.graph.scriptnode", "ScriptNode"),
     "sensing.contact": _of("isaacsim.sensors.physics", "IsaacReadContactSensor"),

@@ -105,8 +105,6 @@ PARTS: dict[str, Parts] = {
     ),
     "IsaacSetCameraOnRenderProduct": Parts({"cameraPrim": LIDAR}, LIDAR_WORLD, product=True),
     "OgnIsaacExtractRTXSensorPointCloud": Parts(prims=LIDAR_WORLD, product=True),
-    "OgnROS2ServiceClient": Parts({"messagePackage": "std_srvs", "messageName": "SetBool"}),
-    "OgnROS2ServiceServerRequest": Parts({"messagePackage": "std_srvs", "messageName": "SetBool"}),
     "ReadPrimRelationship": Parts({"prim": f"{ROBOT}/joint", "name": "physics:body1"}, ARM),
     "ReadSetting": Parts({"settingPath": "/app/runLoops/main/rateLimitFrequency"}),
     "ROS2CameraHelper": Parts(prims=CAMERA_WORLD, product=True, sensor=CAMERA),

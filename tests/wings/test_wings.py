@@ -107,6 +107,7 @@ NEEDS = {
     ),
     "replicator": node("SdOnNewFrame"),
     "robots": node("StanleyControlPID"),
+    "services": node("OgnROS2ServiceClient"),
     "stand_ins": (
         "scene: {prims: {/World/G: {reference: /Isaac/Environments/Grid/grid.usd}}}",
         ["check", "file.yaml"],

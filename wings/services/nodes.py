@@ -11,9 +11,8 @@ from typing import Any
 
 from graph.base.records import dataclass
 from graph.node import Attribute, Database, KnownTypes, node_type
-
-from .any_fields import FIELD, Fields, check_type, field_types, required_type, type_inputs, type_name
-from .publishing import topic_name
+from nodes.ros2.any_fields import FIELD, Fields, check_type, field_types, required_type, type_inputs, type_name
+from nodes.ros2.publishing import topic_name
 
 SHARED = {
     "context": Attribute("uint64", "a ROS2Context; 0 is the default context", default=0),

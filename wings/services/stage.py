@@ -9,8 +9,7 @@ from typing import Any
 from graph.base.records import dataclass, field
 from graph.node import Attribute, Database, node_type
 from graph.sim.scene.prim_paths import prim_at
-
-from .publishing import check_names, topic_name
+from nodes.ros2.publishing import check_names, topic_name
 
 PACKAGE = "isaac_ros2_messages/srv"
 Answer = Mapping[str, Any]
