@@ -118,13 +118,8 @@ TYPES: Mapping[str, tuple[str, ...]] = {
         "IsaacReadSimulationTimeAnnotator IsaacReadSystemTimeAnnotator",
     ),
     "isaac.copying": _of("isaacsim.core.nodes", "IsaacTestNode"),
-    "isaac.depth": _of("isaacsim.core.nodes", "IsaacConvertDepthToPointCloud"),
     "isaac.differential": _of("isaacsim.robot.wheeled_robots", "DifferentialController"),
     "isaac.gates": _of("isaacsim.core.nodes", "IsaacSimulationGate OgnIsaacRunOneSimulationFrame"),
-    "isaac.images": _of(
-        "isaacsim.core.nodes",
-        "IsaacGenerateRGBA IsaacGenerate32FC1 IsaacConvertRGBAToRGB IsaacPassthroughImagePtr",
-    ),
     "isaac.joint_names": _of("isaacsim.core.nodes", "IsaacJointNameResolver"),
     "isaac.odometry": _of("isaacsim.core.nodes", "IsaacComputeOdometry"),
     "isaac.outside": _of("isaacsim.core.nodes", "IsaacReadEnvVar IsaacReadFilePath"),

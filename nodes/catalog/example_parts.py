@@ -85,8 +85,6 @@ PARTS: dict[str, Parts] = {
         {**LIDAR_WORLD, "/World/Product": f"{{type: RenderProduct, attributes: {{camera: {LIDAR}}}}}"},
     ),
     "IsaacComputeRTXLidarFlatScan": Parts(prims=LIDAR_WORLD, product=True),
-    "IsaacConvertDepthToPointCloud": Parts(needs="an image of distances at dataPtr and the lens of its camera"),
-    "IsaacConvertRGBAToRGB": Parts(needs="an RGBA image at dataPtr"),
     "IsaacCreateRTXLidarScanBuffer": Parts(prims=LIDAR_WORLD, product=True),
     "IsaacJointNameResolver": Parts({"targetPrim": ROBOT, "jointNames": ["joint"]}, ARM),
     "IsaacReadCameraInfo": Parts(needs="the render product of a camera at renderProductPath"),

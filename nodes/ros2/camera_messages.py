@@ -7,7 +7,6 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from graph.base.records import dataclass
-from nodes.isaac.depth import points_of
 
 from .boxes import DETECTIONS_2D, DETECTIONS_3D, detections_2d, detections_3d
 from .image_messages import COMPRESSED, IMAGE, image
@@ -78,6 +77,24 @@ def _image(encoding: str) -> Callable[[Reading], Any]:
         return image(reading.nanoseconds, reading.frame_id, width, height, encoding, data)
 
     return make
+
+
+def points_of(depths: NDArray[np.float32], focal: float) -> NDArray[np.float32]:
+    """(height x width, 3) points of (height, width) distances from the image plane, in the distances' unit.
+
+    NaN where a distance is not finite. focal: focal length [px]. Camera frame of ROS: x right, y down, z forward; the
+    optical axis meets the image at (width / 2, height / 2), and a point lies on the ray through the top left corner of
+    its pixel, half a pixel off the one that was cast, as in Isaac Sim.
+    """
+    import numpy as np
+
+    height, width = depths.shape
+    known = np.where(np.isfinite(depths), depths, np.float32(np.nan))
+    points = np.empty((height, width, 3), dtype=np.float32)
+    points[:, :, 0] = known * ((np.arange(width) - width / 2) / focal)
+    points[:, :, 1] = known * ((np.arange(height) - height / 2) / focal)[:, None]
+    points[:, :, 2] = known
+    return points.reshape(-1, 3)
 
 
 def _cloud(reading: Reading) -> Any:

@@ -31,6 +31,7 @@ def test_a_path_of_more_samples_than_the_memory_holds_is_refused():
         run_node("QuinticPathPlanner", inputs=inputs, pulses={"execIn": [0]})
 
 
+@needs_wing("replicator")
 @pytest.mark.parametrize("name", ["IsaacGenerateRGBA", "IsaacGenerate32FC1"])
 def test_an_image_beyond_the_memory_is_refused(name):
     """100 x 100 pixels of 4 bytes are 40,000."""

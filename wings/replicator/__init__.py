@@ -1,1 +1,1 @@
-"""Nodes of Replicator and SyntheticData: random poses, prims by path, events of frames, render variables as data."""
+"""Nodes of Replicator and SyntheticData: random poses, prims by path, events of frames, render variables, images."""

@@ -2,35 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from graph.node import Attribute, Database, node_type
+from nodes.ros2.camera_messages import points_of
 
 from .images import CUDA_IN, CUDA_OUT, Given, buffer_of, give, given, release
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    Depths = NDArray[np.float32]
-
-
-def points_of(depths: Depths, focal: float) -> Depths:
-    """(height x width, 3) points of (height, width) distances from the image plane, in the distances' unit.
-
-    NaN where a distance is not finite. focal: focal length [px]. Camera frame of ROS: x right, y down, z forward; the
-    optical axis meets the image at (width / 2, height / 2), and a point lies on the ray through the top left corner of
-    its pixel, half a pixel off the one that was cast, as in Isaac Sim.
-    """
-    import numpy as np
-
-    height, width = depths.shape
-    known = np.where(np.isfinite(depths), depths, np.float32(np.nan))
-    points = np.empty((height, width, 3), dtype=np.float32)
-    points[:, :, 0] = known * ((np.arange(width) - width / 2) / focal)
-    points[:, :, 1] = known * ((np.arange(height) - height / 2) / focal)[:, None]
-    points[:, :, 2] = known
-    return points.reshape(-1, 3)
 
 
 @node_type(
