@@ -23,7 +23,6 @@ JOINTS = {
     "graph.isaac",
     "graph.cli",
     "graph.testing",
-    "graph.trade",
     "graph.__main__",
     "graph.usd_files",
 }
@@ -365,9 +364,9 @@ OWNERS = {
     "numba": ["sensors.compiled.kept"],
     "open3d": ["graph.sim.libraries"],
     "pxr": ["graph.sim.usd"],
-    "matplotlib": ["graph.base.colors", "graph.trade.diagrams"],
+    "matplotlib": ["graph.base.plotting", "wings.trade.diagrams"],
 }
-"""The files that import each heavy library, on first use: one, or one for names of colors and one for diagrams."""
+"""The files that import each heavy library, on first use: one, or one for colors and PNGs and one for diagrams."""
 
 
 @pytest.mark.parametrize("library", HEAVY)

@@ -45,7 +45,6 @@ COMMANDS = {
     "explain": Command(
         "tell what ticks when, who consumes what, and where traps lie", "graph.cli.explain", settings=True
     ),
-    "trade": Command("measure speed against accuracy over fidelity knobs", "graph.cli.trade", settings=True),
     "schema": Command("print the JSON Schema of graph files", "graph.cli.schema"),
     "assets": Command(
         "list what a scene, graph file or script wants from other files, and what is missing", "graph.cli.assets"

@@ -52,12 +52,14 @@ def _offer_words(whole: argparse.ArgumentParser) -> None:
         ("help", "topic"): [*ORDER, *every()],
         ("new", "kind"): [*KINDS, *examples()],
         ("check", "target"): names(TARGETS),
-        ("trade", "vary"): [f"{name}={','.join(some)}" for name, some in values.items()],
     }
-    pairs = [f"{name}={value}" for name, some in values.items() for value in some or [""]]
+    knobs = {
+        "fidelity": [f"{name}={value}" for name, some in values.items() for value in some or [""]],
+        "vary": [f"{name}={','.join(some)}" for name, some in values.items()],
+    }
     for command, parser in _parsers(whole).items():
         for action in parser._actions:
-            offered = pairs if action.dest == "fidelity" else words.get((command, action.dest), [])
+            offered = knobs.get(action.dest) or words.get((command, action.dest), [])
             if offered:
                 action.choices = list(dict.fromkeys(word for word in offered if " " not in word))
 

@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from graph.recording.transports.sink import LiveSink
+    from graph.session.meter import Meter
     from graph.session.runner import GraphRunner
     from graph.sim.app import App
     from graph.sim.messages.bus import CountingSink, Topic, TopicCount
-    from graph.trade.meter import Meter
 
 Report = dict[str, Any]
 
@@ -133,7 +133,7 @@ def _indented(table: Grid) -> Iterator[str]:
 
 
 def _stats_table(stats: Mapping[str, Mapping[str, float]]) -> Grid:
-    from graph.trade.meter import PARTS
+    from graph.session.meter import PARTS
 
     table = Grid("part of the updates", "wall (s)", "processor (s)", "share", "what it is", texts=(0, 4))
     whole = sum(cost["wall_s"] for cost in stats.values())

@@ -97,10 +97,10 @@ def run(args: argparse.Namespace) -> int:
     """Runs the command; returns its exit code."""
     from graph.recording.transports.targets import connect, read_targets
     from graph.session.message_sources import files_of, open_sources, play_into, remapping, warn_unheard
+    from graph.session.meter import Meter, MeteredSink
     from graph.session.step_limit import check_steps
     from graph.sim.messages.bus import CountingSink
     from graph.sim.settings import suggestion
-    from graph.trade.meter import Meter, MeteredSink
     from sensors.compiled.compile_time import COMPILING
     from sensors.compiled.kept import why_not_kept
     from sensors.writers.preview import Previews

@@ -58,7 +58,7 @@ class Knob:
             check(self.limit, known, f"{known:,} is too many")
         if self.available is not None and known not in self.available:
             missing = f": {self.missing}" if self.missing else " yet"
-            allowed = [_word(one) for one in self.available]
+            allowed = [word(one) for one in self.available]
             advice = f"use {' or '.join(allowed)}" if allowed else "leave it out"
             raise ValueError(f"{value!r} is not available{missing}; {advice}")
         return known
@@ -96,8 +96,15 @@ class Knob:
         return {"description": about, **values, **({} if self.default is None else {"default": self.default})}
 
 
-def _word(value: Any) -> str:
-    return {True: "on", False: "off"}[value] if isinstance(value, bool) else str(value)
+def word(value: Any) -> str:
+    """A knob's value as text, as files and the command line have it."""
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    if isinstance(value, Fraction):
+        return exact.shortest(value)
+    if isinstance(value, float) and float(short := f"{value:g}") == value:
+        return short
+    return str(value)
 
 
 def _choice(value: Any, choices: tuple[str, ...]) -> str:

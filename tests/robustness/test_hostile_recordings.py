@@ -269,31 +269,6 @@ def test_a_log_time_may_be_any_that_the_format_holds(said, tmp_path, nanoseconds
     assert said(*(one.format(tmp_path) for one in COMMANDS[command]))[0] == 0
 
 
-def test_a_full_disk_leaves_the_files_of_an_earlier_trade_whole(tmp_path, monkeypatch):
-    """The third of five files does not fit: it stays as it was, and no part of it is left."""
-    resource = pytest.importorskip("resource")
-    from graph.cli.trade import write_files
-
-    for name, small in {
-        "outputs.as_dict": {},
-        "outputs.as_csv": "",
-        "diagrams.overview": bytes(100_000),
-        "diagrams.parts": b"",
-        "page.page": "",
-    }.items():
-        monkeypatch.setattr(f"graph.trade.{name}", lambda outcome, small=small: small)
-    (tmp_path / "trade.png").write_bytes(b"earlier")
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, before[1]))
-    try:
-        with pytest.raises(RunError, match="the figures are above"):
-            write_files(None, tmp_path)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
-    assert sorted(os.listdir(tmp_path)) == ["trade.csv", "trade.json", "trade.png"]
-    assert (tmp_path / "trade.png").read_bytes() == b"earlier"
-
-
 def test_a_full_disk_keeps_the_earlier_page(said, tmp_path):
     resource = pytest.importorskip("resource")
     record(tmp_path / "run.mcap")

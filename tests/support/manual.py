@@ -30,8 +30,7 @@ from graph.cli.extreme_cases import outcomes
 from graph.files.file_forms import GraphFile
 from graph.files.prim_schema import PRIM
 from graph.sim.fidelity import KNOBS
-from graph.trade.metrics import METRICS
-from graph.trade.study import word
+from graph.sim.knob import word
 from tests.stability.extremes.table import CASES, HEADINGS
 from tests.support import figures
 from tests.support.places import ROOT
@@ -175,6 +174,8 @@ def knobs() -> str:
 
 def metrics() -> str:
     """The metrics of `graph trade`."""
+    from wings.trade.metrics import METRICS  # the other pages do without the wing
+
     rows = ((f"`{name}`", one.unit or "1", one.doc) for name, one in METRICS.items())
     return table(("metric", "unit", "meaning"), rows)
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from graph.base.plugins import NODES, of_wings
+from graph.base.plugins import COMMANDS, NODES, of_wings
 from tests.support.places import ROOT
 
 WINGS = sorted(path.name for path in (ROOT / "wings").iterdir() if (path / "__init__.py").exists())
@@ -28,6 +28,12 @@ MISSING = {type_id for type_id, plugin in of_wings(NODES).items() if plugin.abse
 def needs_wing(wing: str) -> pytest.MarkDecorator:
     """Skips a test where the wing that it uses is missing."""
     return pytest.mark.skipif(find_spec(f"wings.{wing}") is None, reason=f"needs the wing {wing}")
+
+
+needs_every_command = pytest.mark.skipif(
+    any(plugin.absence for plugin in of_wings(COMMANDS).values()), reason="needs the wings that bring commands"
+)
+"""Skips a test of pages that list all commands."""
 
 
 def tree_without(wing: str, folder: Path) -> Path:

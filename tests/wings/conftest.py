@@ -1,5 +1,6 @@
-"""The small world of the tests of nodes, for those of wings."""
+"""The small world of the tests of nodes, and the command in this process, for those of wings."""
 
+from tests.graph.cli.conftest import folder, graph
 from tests.nodes.conftest import lidar, stage, world
 
-__all__ = ["lidar", "stage", "world"]
+__all__ = ["folder", "graph", "lidar", "stage", "world"]

@@ -114,6 +114,7 @@ NEEDS = {
         "file.yaml:2:28: /World/G: reference: the stand-in Isaac cannot be used: it comes",
         "",
     ),
+    "trade": ("", ["trade", "file.yaml"], "graph: the command trade cannot be used: it comes", ""),
     "transports": (
         "",
         ["run", "file.yaml", "--live", "dds"],

@@ -11,6 +11,7 @@ from typing import Any
 
 from graph.base.html import page_of, picture, table_of
 from graph.base.outputs import write
+from graph.base.plotting import png, sheet
 
 from .conduct import OK
 from .folder import Folder
@@ -20,7 +21,7 @@ from .table import ATTEMPTS, EXIT, RUN, STATUS, WHY, Row, cell, columns_of, rows
 PAGE, PICTURE = "campaign.html", "campaign.png"
 MOST_PANELS, MOST_LINES, MOST_ROWS = 6, 8, 2000
 """Most plots, values of the second key that have a colour of their own, and rows on the page."""
-INCH, DPI = (5.2, 3.4), 110
+INCH = (5.2, 3.4)
 
 
 def write_page(campaign: Campaign, folder: Folder) -> list[Path]:
@@ -61,8 +62,6 @@ def _short(value: Any) -> str:
 
 def plots(campaign: Campaign, rows: Sequence[Row], columns: Sequence[str]) -> bytes:
     """A PNG: each metric over the first varied key that is a number; if only the seed differs, its distribution."""
-    from graph.trade.diagrams import png, sheet
-
     done = [row for row in rows if row[STATUS] == OK]
     names = [name for name in columns if name not in (RUN, STATUS, EXIT, ATTEMPTS, WHY, *campaign.varied)]
     differing = [

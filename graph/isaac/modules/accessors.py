@@ -129,7 +129,7 @@ def text(name: str, plural: str, kind: str = "token", *, default: str = "", argu
 def colors_of(colors: Any, count: int) -> np.ndarray | None:
     """(count, 3) of numbers, or of names and codes as Matplotlib has them ("C2", "0.5", "#abc", "tab:green")."""
     if isinstance(colors, str) or (isinstance(colors, (list, tuple)) and any(isinstance(one, str) for one in colors)):
-        from graph.base.colors import color
+        from graph.base.plotting import color
 
         colors = [color(one) for one in words(colors, count)]
     return rows(colors, count, 3, "colors")

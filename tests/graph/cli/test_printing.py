@@ -9,6 +9,7 @@ from graph.cli.main import main
 from graph.cli.printing import say_json
 from graph.cli.safe_log import SafeFormatter
 from tests.support.places import ROOT
+from tests.support.without_wing import needs_every_command
 
 TITLE = "\x1b]0;owned\x07"
 """What sets the title of a terminal's window."""
@@ -16,7 +17,7 @@ TITLE = "\x1b]0;owned\x07"
 ALLOWED = {
     "printing.py": ("print", "console.print"),
     "sweep.py": ("runs.console.print",),
-    "trade.py": ("console.print",),
+    "command.py": ("console.print",),
     "completion.py": ("print",),
     "help.py": ("print", "Console().print"),
 }
@@ -25,6 +26,7 @@ pages without any part of a file.
 """
 
 
+@needs_every_command
 def test_nothing_in_the_commands_prints_but_the_one_writer():
     found = {}
     for file in (*(ROOT / "graph/cli").glob("*.py"), *(ROOT / "wings").rglob("*.py")):

@@ -13,6 +13,7 @@ from graph.cli.main import main
 from graph.cli.new import KINDS
 from sensors import SUPPORTED_CAMERA_CONFIGS, SUPPORTED_LIDAR_CONFIGS, SUPPORTED_RADAR_CONFIGS
 from sensors.configs.summary import arc
+from tests.support.without_wing import needs_wing
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -177,7 +178,7 @@ def test_the_completion_script_is_read_by_bash_and_knows_commands_and_options(gr
         ("sensors XT", ["XT32"]),
         ("help lid", ["lidar"]),
         ("run --fidelity lidar.mot", [f"lidar.motion={value}" for value in ("frozen", "update", "continuous")]),
-        ("trade --vary lidar.mot", ["lidar.motion=frozen,update,continuous"]),
+        pytest.param("trade --vary lidar.mot", ["lidar.motion=frozen,update,continuous"], marks=needs_wing("trade")),
         ("new diff", ["diffdrive"]),
     ],
 )

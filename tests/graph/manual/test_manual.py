@@ -16,9 +16,9 @@ from graph.cli.main import main
 from graph.manual import ORDER, page, pages
 from graph.sim.fidelity import KNOBS, Fidelity
 from graph.testing import run_graph
-from graph.trade.metrics import METRICS
 from tests.support import figures, manual
 from tests.support.places import ROOT
+from tests.support.without_wing import needs_every_command
 
 MANUAL = "".join(one.text for one in pages())
 
@@ -46,10 +46,12 @@ def test_a_page_begins_with_its_title_and_a_line_of_what_it_answers(topic):
     assert one.line.endswith(".")
 
 
+@needs_every_command
 def test_what_commands_print_is_up_to_date_in_the_pages(capsys):
     assert manual.main(["--check"]) == 0, capsys.readouterr().out
 
 
+@needs_every_command
 def test_a_part_that_is_not_up_to_date_is_found_and_written_again(tmp_path, monkeypatch, capsys):
     for path in manual.FOLDER.glob("*.md"):
         text = path.read_text(encoding="utf8")
@@ -109,6 +111,7 @@ def command_lines(text):
     return re.findall(r"^graph .*$", indented.replace("\\\n", " "), re.MULTILINE)
 
 
+@needs_every_command
 @pytest.mark.parametrize("topic", ORDER)
 def test_the_commands_of_a_page_are_ones_that_the_command_takes(topic):
     assert [wrong for wrong in map(manual.refused, command_lines(page(topic).text)) if wrong] == []
@@ -241,7 +244,10 @@ KNOB = re.compile(r"(?<![\w./])((?:physics|lidar|radar|camera|mesh)\.[a-z_0-9]+|
 """A fidelity knob, and its value where one is given: `lidar.motion=frozen`, `mesh.tolerance`."""
 
 
+@needs_every_command
 def test_every_knob_that_is_named_exists_and_takes_the_value_that_stands_there():
+    from wings.trade.metrics import METRICS
+
     found = [match for code in re.findall(r"`([^`\n]+)`", MANUAL) for match in KNOB.findall(code)]
     assert {"lidar.motion", "lidar.subrays", "mesh.tolerance", "fabric", "tlas"} <= {name for name, _ in found}
     for name, value in found:

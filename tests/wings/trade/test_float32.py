@@ -10,19 +10,21 @@ import pytest
 pytest.importorskip("warp", reason="pip install 'tickgraph[gpu]'")
 pytest.importorskip("mujoco_warp", reason="pip install 'tickgraph[gpu]'")
 
+from graph.session.meter import PARTS, Cost
 from graph.sim import App
-from graph.trade.errors import Horizon, errors_of
-from graph.trade.float32 import Float32, float32_log
-from graph.trade.meter import PARTS, Cost
-from graph.trade.outcome import Outcome, Row
-from graph.trade.outputs import as_csv, as_dict
-from graph.trade.page import page
-from graph.trade.states import StateLog
-from graph.trade.study import Scene, Study
-from graph.trade.trial import Timed, measure
-from graph.trade.verdict import remarks
 from tests.support.devices import DEVICES, WORLD
 from tests.support.without_wing import needs_wing
+from wings.trade.errors import Horizon, errors_of
+from wings.trade.float32 import Float32, float32_log
+from wings.trade.outcome import Outcome, Row
+from wings.trade.outputs import as_csv, as_dict
+from wings.trade.page import page
+from wings.trade.states import StateLog
+from wings.trade.study import Scene, Study
+from wings.trade.trial import Timed, measure
+from wings.trade.verdict import remarks
+
+pytestmark = needs_wing("device")
 
 TURNING = WORLD.replace("damping: 5.0", "damping: 5.0\n        drive:angular:physics:targetVelocity: 90.0")
 METRICS = ("float32.position_max", "float32.position_final", "float32.orientation_max", "float32.joint_max")

@@ -10,9 +10,10 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
+from graph.session.meter import PARTS, Cost
+
 from .errors import Errors, Horizon
 from .float32 import Float32
-from .meter import PARTS, Cost
 from .metrics import COSTS, ERRORS, LEADING, METRICS
 from .study import Setting, Study
 from .trial import Measured, Timed

@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from graph.base.errors import Problem, UserError
-from graph.base.exact import shortest
 from graph.base.suggest import did_you_mean
 from graph.session.varied import read_varied as varied_values
 from graph.sim.fidelity import KNOBS, Fidelity
+from graph.sim.knob import word
 
 Setting = Mapping[str, Any]
 """Values by name: of knobs as `Knob.checked` gives them, of attributes their text; all others are as in the file.
@@ -243,17 +243,6 @@ def refined(setting: Setting, present: Fidelity) -> Setting | None:
         elif knob.finer:
             finer[name] = value * 2 if knob.finer == "higher" else value / 2
     return finer if finer != {**setting, **{key: present[key] for key in finer if key not in setting}} else None
-
-
-def word(value: Any) -> str:
-    """A knob's value as text, as files and the command line have it."""
-    if isinstance(value, bool):
-        return "on" if value else "off"
-    if isinstance(value, Fraction):
-        return shortest(value)
-    if isinstance(value, float) and float(short := f"{value:g}") == value:
-        return short
-    return str(value)
 
 
 def text_of(setting: Setting) -> str:

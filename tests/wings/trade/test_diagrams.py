@@ -3,8 +3,8 @@
 from matplotlib.container import ErrorbarContainer
 from matplotlib.figure import Figure
 
-from graph.trade.diagrams import diagram
-from tests.graph.trade.test_outcome import METRIC, outcome, row
+from tests.wings.trade.test_outcome import METRIC, outcome, row
+from wings.trade.diagrams import diagram
 
 
 def drawn(rows, budget=None):

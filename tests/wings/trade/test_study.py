@@ -8,7 +8,8 @@ import pytest
 
 from graph.base.errors import UserError
 from graph.sim.fidelity import KNOBS, Fidelity
-from graph.trade.study import (
+from graph.sim.knob import word
+from wings.trade.study import (
     finest,
     is_open,
     label,
@@ -19,7 +20,6 @@ from graph.trade.study import (
     references,
     refined,
     text_of,
-    word,
 )
 
 

@@ -10,13 +10,14 @@ import platform
 import shlex
 from typing import Any
 
+from graph.session.meter import PARTS, Cost
 from graph.sim.fidelity import KNOBS
+from graph.sim.knob import word
 
 from .float32 import POINTS, Float32
-from .meter import PARTS, Cost
 from .metrics import METRICS
 from .outcome import Outcome, Row, columns_of
-from .study import Setting, overrides_of, word
+from .study import Setting, overrides_of
 
 
 def as_dict(outcome: Outcome) -> dict[str, Any]:

@@ -15,11 +15,11 @@ from graph.base.errors import RunError
 from graph.base.exact import shortest
 from graph.base.limits import check
 from graph.base.outputs import remove
+from graph.session.meter import Cost, Meter, MeteredSink
 from graph.sim.fidelity import KNOBS, Fidelity
 from sensors.channels import STABLE_IDS
 
 from .float32 import Float32, Float32Log, float32_log
-from .meter import Cost, Meter, MeteredSink
 from .readings import OTHER, SORTS, ReadingLog, Readings
 from .states import StateLog, Trajectory
 from .study import Scene, Setting, overrides_of

@@ -12,7 +12,9 @@ import time
 import pytest
 from PIL import Image
 
+from graph.base.errors import RunError
 from tests.support.programs import started
+from wings.trade.command import write_files
 
 BALL = """\
 # a ball in the air
@@ -335,7 +337,7 @@ def test_ctrl_c_keeps_what_was_measured(ball, folder):
 
 
 def test_ctrl_c_after_the_last_run_writes_everything(graph, ball, folder, monkeypatch):
-    from graph.trade import outputs
+    from wings.trade import outputs
 
     listed = outputs.as_csv
 
@@ -358,7 +360,7 @@ def test_ctrl_c_after_any_run_writes_what_was_measured_by_then(graph, ball, fold
     """The first two are the reference and its refinement, then come two for errors (the reference's own are known) and
     two timed ones.
     """
-    from graph.trade import conduct
+    from wings.trade import conduct
 
     measured = conduct.conduct
 
@@ -419,3 +421,26 @@ def test_a_sensors_rate_is_varied_with_its_price(graph, folder):
     ):
         result = graph("trade", "eye.yaml", "--vary", f"{RATES}=5,10", *options)
         assert (result.code, result.err) == (2, f"graph: {line}\n")
+
+
+def test_a_full_disk_leaves_the_files_of_an_earlier_trade_whole(tmp_path, monkeypatch):
+    """The third of five files does not fit: it stays as it was, and no part of it is left."""
+    resource = pytest.importorskip("resource")
+    for name, small in {
+        "outputs.as_dict": {},
+        "outputs.as_csv": "",
+        "diagrams.overview": bytes(100_000),
+        "diagrams.parts": b"",
+        "page.page": "",
+    }.items():
+        monkeypatch.setattr(f"wings.trade.{name}", lambda outcome, small=small: small)
+    (tmp_path / "trade.png").write_bytes(b"earlier")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, before[1]))
+    try:
+        with pytest.raises(RunError, match="the figures are above"):
+            write_files(None, tmp_path)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert sorted(os.listdir(tmp_path)) == ["trade.csv", "trade.json", "trade.png"]
+    assert (tmp_path / "trade.png").read_bytes() == b"earlier"

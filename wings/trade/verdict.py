@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from graph.sim.fidelity import KNOBS
+from graph.sim.knob import word
 
 from .float32 import KINDS
 from .metrics import COSTS, METRICS, ranking
 from .outcome import Outcome, Row, bounds_of, group_of, unit_of
-from .study import text_of, word
+from .study import text_of
 
 PAYS = "* pays: no other setting has both less processor time and less error"
 UNRESOLVED = "~ less than the reference's own error, which is taken as twice what refining it changes"

@@ -7,11 +7,11 @@ from itertools import product
 from pathlib import Path
 
 from graph.sim.fidelity import Fidelity
-from graph.trade.errors import Horizon
-from graph.trade.outcome import Outcome, Row
-from graph.trade.rows import measure_rows
-from graph.trade.study import Scene, Study
-from graph.trade.trial import CLOCKS, Measured
+from wings.trade.errors import Horizon
+from wings.trade.outcome import Outcome, Row
+from wings.trade.rows import measure_rows
+from wings.trade.study import Scene, Study
+from wings.trade.trial import CLOCKS, Measured
 
 MOTIONS, BINS = ("frozen", "update", "continuous"), (4, 8, 16)
 PRESENT = Fidelity(physics_hz=Fraction(60), loop_hz=Fraction(60))

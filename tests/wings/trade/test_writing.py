@@ -8,7 +8,7 @@ import pytest
 
 from graph.base.errors import UserError
 from graph.files import examine
-from graph.trade.writing import check_writable, with_block, write_block
+from wings.trade.writing import check_writable, with_block, write_block
 
 NEW = {"physics.hz": "240", "lidar.motion": "continuous", "lidar.noise": "on"}
 

@@ -11,18 +11,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from graph.trade.bodies import BodyPair
-from graph.trade.conduct import timed_length
-from graph.trade.errors import Horizon
-from graph.trade.meter import PARTS, Cost
-from graph.trade.outcome import OK, UNSTABLE, Outcome, Row
-from graph.trade.outputs import as_csv, as_dict, block
-from graph.trade.readings import LIDAR, Reading, Readings
-from graph.trade.sights import same_targets, values_of
-from graph.trade.states import Trajectory
-from graph.trade.study import Scene, Study
-from graph.trade.trial import Measured, Timed
-from graph.trade.verdict import answer, remarks, summary, values_in
+from graph.session.meter import PARTS, Cost
+from wings.trade.bodies import BodyPair
+from wings.trade.conduct import timed_length
+from wings.trade.errors import Horizon
+from wings.trade.outcome import OK, UNSTABLE, Outcome, Row
+from wings.trade.outputs import as_csv, as_dict, block
+from wings.trade.readings import LIDAR, Reading, Readings
+from wings.trade.sights import same_targets, values_of
+from wings.trade.states import Trajectory
+from wings.trade.study import Scene, Study
+from wings.trade.trial import Measured, Timed
+from wings.trade.verdict import answer, remarks, summary, values_in
 
 METRIC = "lidar.range_p99"
 

@@ -15,8 +15,7 @@ from graph.base.errors import Problem, RunError, UserError
 from graph.base.exact import duration as exact_duration
 from graph.base.outputs import make_folder, write
 from graph.base.shorten import printable
-
-from .arguments import (
+from graph.cli.arguments import (
     add_allow,
     add_nodes,
     add_overrides,
@@ -27,13 +26,13 @@ from .arguments import (
     limits_of,
     overrides_of,
 )
-from .interrupts import between_updates
-from .printing import EXIT_INTERRUPTED, print_table, say, say_json, tell
-from .progress import counting
+from graph.cli.interrupts import between_updates
+from graph.cli.printing import EXIT_INTERRUPTED, print_table, say, say_json, tell
+from graph.cli.progress import counting
 
 if TYPE_CHECKING:
-    from graph.trade.outcome import Outcome
-    from graph.trade.study import Scene, Study
+    from .outcome import Outcome
+    from .study import Scene, Study
 
 Answer = TypeVar("Answer")
 
@@ -93,8 +92,8 @@ def run(args: argparse.Namespace) -> int:
     """Runs the command; returns its exit code."""
     if args.list:
         return _list(args.json)
-    from graph.trade.conduct import conduct
-    from graph.trade.workers import Pool
+    from .conduct import conduct
+    from .workers import Pool
 
     study = _study(args)
     with between_updates() as received:  # a signal ends the measuring; what was measured is written all the same
@@ -110,15 +109,15 @@ def _answer(args: argparse.Namespace, outcome: Outcome) -> int:
     """Prints and writes what was measured; returns the exit code."""
     best = outcome.recommended if outcome.complete else None
     if args.json:
-        from graph.trade.outputs import as_dict
+        from .outputs import as_dict
 
         say_json(as_dict(outcome))
     else:
         _print(outcome)
     files = write_files(outcome, args.out) if args.out else []
     if args.write and best is not None:
-        from graph.trade.outputs import chosen
-        from graph.trade.writing import write_block
+        from .outputs import chosen
+        from .writing import write_block
 
         write_block(args.file, chosen(outcome, best))
         files.append(args.file)
@@ -136,8 +135,9 @@ def _answer(args: argparse.Namespace, outcome: Outcome) -> int:
 def _study(args: argparse.Namespace) -> Study:
     """The study of the command line. Raises UserError with everything that is wrong with it."""
     from graph.sim.fidelity import KNOBS
-    from graph.trade.study import Study, overrides_of, plan_settings, read_values, read_varied, references
-    from graph.trade.writing import check_writable
+
+    from .study import Study, overrides_of, plan_settings, read_values, read_varied, references
+    from .writing import check_writable
 
     problems: list[Problem] = []
     nodes = functools.cache(lambda: _node_names(args))
@@ -203,9 +203,9 @@ def _node_names(args: argparse.Namespace) -> list[str]:
 
 
 def _scene(args: argparse.Namespace) -> Scene:
-    from graph.trade.study import Scene
+    from graph.cli.node_files import load_node_files
 
-    from .node_files import load_node_files
+    from .study import Scene
 
     return Scene(
         file=args.file or Path(),
@@ -224,7 +224,7 @@ def _scene(args: argparse.Namespace) -> Scene:
 
 
 def _budget(options: list[str]) -> dict[str, float]:
-    from graph.trade.metrics import known_metric
+    from .metrics import known_metric
 
     budget: dict[str, float] = {}
     problems: list[Problem] = []
@@ -278,9 +278,9 @@ def write_files(outcome: Outcome, folder: Path) -> list[Path]:
     """Writes the files of a trade; returns them. Raises RunError if one cannot be written."""
     import json
 
-    from graph.trade.diagrams import overview, parts
-    from graph.trade.outputs import as_csv, as_dict
-    from graph.trade.page import page
+    from .diagrams import overview, parts
+    from .outputs import as_csv, as_dict
+    from .page import page
 
     contents: dict[str, bytes] = {
         "trade.json": (json.dumps(as_dict(outcome), indent=2, ensure_ascii=False) + "\n").encode(),
@@ -299,8 +299,8 @@ def write_files(outcome: Outcome, folder: Path) -> list[Path]:
 
 
 def _print(outcome: Outcome) -> None:
-    from graph.trade.outputs import block
-    from graph.trade.verdict import answer, remarks, summary
+    from .outputs import block
+    from .verdict import answer, remarks, summary
 
     _print_settings(outcome)
     said, chosen = answer(outcome)
@@ -317,8 +317,9 @@ def _print_settings(outcome: Outcome) -> None:
     from rich.text import Text
 
     from graph.sim.fidelity import KNOBS
-    from graph.trade.study import label
-    from graph.trade.verdict import PAYS, UNRESOLVED, marked, values_in
+
+    from .study import label
+    from .verdict import PAYS, UNRESOLVED, marked, values_in
 
     console = Console(width=None if sys.stdout.isatty() else 140)
     knobs = {
@@ -360,8 +361,9 @@ def _print_settings(outcome: Outcome) -> None:
 def _list(as_json: bool) -> int:
     """Prints the knobs and the metrics."""
     from graph.sim.fidelity import KNOBS
-    from graph.trade.metrics import METRICS
-    from graph.trade.study import word
+    from graph.sim.knob import word
+
+    from .metrics import METRICS
 
     if as_json:
         knobs = {

@@ -7,10 +7,10 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from graph.trade.errors import Horizon, errors_of, horizon_of
-from graph.trade.study import Scene
-from graph.trade.trial import UNSTABLE, clock, measure
 from tests.support.places import ROOT
+from wings.trade.errors import Horizon, errors_of, horizon_of
+from wings.trade.study import Scene
+from wings.trade.trial import UNSTABLE, clock, measure
 
 G = 9.81
 

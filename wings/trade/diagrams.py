@@ -6,35 +6,26 @@ Open3D, needs a browser for that, and the pictures of `--preview` are pixels tha
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Sequence
 from typing import Any
 
+from graph.base.plotting import png, sheet
+from graph.session.meter import PARTS
 from graph.sim.fidelity import KNOBS
+from graph.sim.knob import word
 
 from .float32 import KINDS, POINTS
-from .meter import PARTS
 from .metrics import LEADING, METRICS
 from .outcome import OK, Outcome, Row
-from .study import label, word
+from .study import label
 
-INCH, DPI = (6.4, 4.6), 110
+INCH = (6.4, 4.6)
 MARKERS = "osD^vP*X<>hp"
 MOST_PANELS = 4
 PALE = 0.4
 """Opacity of settings whose error is below what the reference resolves."""
 COST = "processor time per simulated second [s]"
-
-
-def sheet(width: float, height: float) -> Any:
-    """An empty figure [inch], drawn without a screen."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height), dpi=DPI, layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
 
 
 def overview(outcome: Outcome) -> bytes:
@@ -264,10 +255,3 @@ def _name(row: Row) -> str:
         word(value) if isinstance(value, str) and name in KNOBS else f"{label(name).rpartition('.')[2]}={word(value)}"
         for name, value in row.setting.items()
     )
-
-
-def png(figure: Any) -> bytes:
-    """The figure as a PNG; the same bytes for the same figure."""
-    stream = io.BytesIO()
-    figure.savefig(stream, format="png", dpi=DPI, metadata={"Software": None})
-    return stream.getvalue()

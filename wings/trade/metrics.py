@@ -10,8 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from graph.base.suggest import did_you_mean
-
-from .meter import PARTS
+from graph.session.meter import PARTS
 
 
 @dataclass(frozen=True, slots=True)
