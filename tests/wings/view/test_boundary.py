@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 
 from graph.cli.main import main
 from graph.recording.run_reader import open_run
-from graph.recording.view import writing
-from graph.recording.view.boundary import embedded, plain, policy
-from graph.recording.view.writing import write_view
 from tests.robustness import recordings
 from tests.support.browser import browse
+from wings.view import writing
+from wings.view.boundary import embedded, plain, policy
+from wings.view.writing import write_view
 
 SETTINGS = settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 NUMBERS = st.one_of(

@@ -6,12 +6,12 @@ import pytest
 from graph.recording.contents.clouds import points_of
 from graph.recording.contents.poses import TransformLog
 from graph.recording.contents.scans import Scan
-from graph.recording.view.clouds import CloudPanel
-from graph.recording.view.collecting import Collected
-from graph.recording.view.frames import boxes, frames, lens
-from graph.recording.view.scene import cloud_groups, scene
-from graph.recording.view.values import Series
 from graph.sim.messages.ros_types import message_type
+from wings.view.clouds import CloudPanel
+from wings.view.collecting import Collected
+from wings.view.frames import boxes, frames, lens
+from wings.view.scene import cloud_groups, scene
+from wings.view.values import Series
 
 HALF = 0.5**0.5
 
