@@ -43,6 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--updates", type=int, metavar="N", help="end loops after N app updates: is_running() is then False"
     )
+    parser.add_argument("--play", action="store_true", help="press Play after a snippet's last line; needs --updates")
     parser.add_argument("--out", type=Path, metavar="DIR", help="write report.json and the recording into DIR")
     parser.add_argument("--json", action="store_true", help="print the report as JSON; the script prints on stderr")
     parser.add_argument(
@@ -71,6 +72,8 @@ def run(args: argparse.Namespace) -> int:
         if args.updates < 0:
             raise UserError(f"--updates {args.updates}: give a number of updates, 0 or more")
         check("run.updates", args.updates, f"--updates {args.updates}: too many updates")
+    elif args.play:
+        raise UserError("--play: add --updates N, the number of updates to play for")
     if args.out:
         check_folder(args.out)
     script = Script(args.script, args.arguments)
@@ -85,6 +88,7 @@ def run(args: argparse.Namespace) -> int:
             stuck=reporting.stuck,
             notes=lambda code, where, message: tell(f"warning {code}: {where}: {message}"),
             rclpy=args.rclpy,
+            play=args.play,
         )
         failure: ScriptError | None = None
         interrupted = False
@@ -114,6 +118,8 @@ def run(args: argparse.Namespace) -> int:
         return EXIT_INTERRUPTED
     if reporting.report is None:
         tell("the script made no application: nothing was simulated")
+    elif one.from_editor and not reporting.played:
+        tell("the snippet never played the timeline: --play --updates N plays it for N updates")
     if args.strict:
         from .idle_parts import strict_code
 
@@ -133,6 +139,9 @@ class _Reporting:
         self._args, self._script, self._held = args, script, held
         self._output: Any = None
         self._failures: list[RunError] = []
+        self._live: list[Any] = []
+        self._started = time.perf_counter()
+        self.played = False
         self.missed: list[tuple[str, str, str]] = []
         """Warnings of sensors that missed ticks."""
 
@@ -177,12 +186,16 @@ class _Reporting:
         app.bus.subscribe(self._counter)
         app.bus.subscribe(self._frames)
         app.on("stopping", lambda: self._keep(app))
+        app.on("play", self._note_play)
         self._live = self._connected(app) if self._args.live else []
         out = self._args.out
         if out:
             app.output_folder = out
             self._output = self._files(app, out)
             app.bus.subscribe(self._output.sink)
+
+    def _note_play(self) -> None:
+        self.played = True
 
     def _connected(self, app: App) -> list[Any]:
         """The sinks of --live, each said."""

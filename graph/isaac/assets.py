@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 
 from graph.base import asset_roots
 
-from .session import app_or_none, warn
+from .session import RUN, app_or_none, warn
 
 ROOT_SETTING = "/persistent/isaac/asset_root/default"
 UNMAPPED = "https://omniverse-content-production.s3-us-west-2.amazonaws.com/Assets/Isaac/6.0"
@@ -44,3 +45,14 @@ def missing(address: str, wanted_by: str) -> None:
     from graph.sim.scene.assets import not_here
 
     warn("asset-missing", wanted_by, f"{not_here(str(address))}; {wanted_by} stays empty")
+    if (run := RUN.get()) is not None:
+        run.missing[wanted_by] = str(address).rpartition("/")[2]
+
+
+def missing_below(text: str) -> str:
+    """Which missing asset explains a complaint about a prim, in brackets; "" if none does."""
+    run = RUN.get()
+    for path, name in run.missing.items() if run is not None else ():
+        if f"{path}/" in text or re.search(rf"{re.escape(path)}(?!\w)", text):
+            return f"({path} is empty because {name} is missing)"
+    return ""

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 _LOOPS: list[asyncio.AbstractEventLoop] = []
 _FAILED: list[BaseException] = []
 """At most one."""
+_TASKS: set[asyncio.Task[Any]] = set()
+"""Those that run, and those that failed."""
 
 
 def script_loop() -> asyncio.AbstractEventLoop:
@@ -25,6 +27,7 @@ def script_loop() -> asyncio.AbstractEventLoop:
     if (found := made_loop()) is None:
         found = asyncio.new_event_loop()
         found.set_exception_handler(_note_failure)
+        found.set_task_factory(_noted)
         _LOOPS[:] = [found]
     return found
 
@@ -36,7 +39,18 @@ def made_loop() -> asyncio.AbstractEventLoop | None:
 
 def failure() -> BaseException | None:
     """The first error of a task that nothing waited for."""
-    return _FAILED[0] if _FAILED else None
+    unseen = (task.exception() for task in list(_TASKS) if task.done() and getattr(task, "_log_traceback", True))
+    return _FAILED[0] if _FAILED else next(unseen, None)
+
+
+def _noted(loop: asyncio.AbstractEventLoop, coroutine: Any, **named: Any) -> asyncio.Task[Any]:
+    """A task, kept until it has ended well: a script may hold a failed one and never look at it."""
+    import asyncio
+
+    made: asyncio.Task[Any] = asyncio.Task(coroutine, loop=loop, **named)
+    _TASKS.add(made)
+    made.add_done_callback(lambda task: _TASKS.discard(task) if getattr(task, "_exception", None) is None else None)
+    return made
 
 
 def _note_failure(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
@@ -51,6 +65,7 @@ def current_loop() -> Iterator[None]:
     """Makes the script's loop the current one, now or when asyncio is imported; ends it with all of its tasks."""
     hook = _OnImport()
     _FAILED.clear()
+    _TASKS.clear()
     if "asyncio" in sys.modules:
         _take_place()
     else:

@@ -3,6 +3,7 @@
     omni.timeline = timeline               the module has the names of graph/isaac/modules/timeline.py
     usdrt.Sdf = usdrt:Sdf                  those of an object in that file
     omni.isaac.kit > isaacsim              an old name of another module
+    omni.isaac.core.prims > isaacsim.core.prims old_meanings    the same, with names that meant something else
     omni.ui                                a module without code of its own
       B Window class                       exists and does nothing; the value that it gives
       C Painter why; what instead          refuses at its first use
@@ -67,11 +68,13 @@ def table() -> dict[str, Names]:
         if sign == "=":
             present.homes = tuple(rest.split())
         elif sign == ">":
-            old[name] = rest
+            old[name], *homes = rest.split()
+            present.homes = tuple(homes)
     for name, instead in old.items():
         target = found[instead]
         made = found[name]
-        made.homes, made.rows, made.instead = target.homes, {**target.rows, **made.rows}, instead
+        made.homes, made.rows = (*made.homes, *target.homes), {**target.rows, **made.rows}
+        made.instead = instead
     for name in list(found):
         while name:
             parent, _, last = name.rpartition(".")

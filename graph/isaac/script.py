@@ -18,14 +18,24 @@ from typing import Any
 from graph.base.errors import UserError
 from graph.base.inputs import start_of
 
-from .finder import importable
+from .assets import missing_below
+from .finder import ROS, importable
 from .kit import kit_of
 from .loops import current_loop, failure, script_loop
+from .names import names_of
 from .session import RUN, Run, ScriptEnd
 
 MAX_BYTES = 10_000_000
 AFTER = 30
 """Most updates that tasks get after the last line of a snippet."""
+PACKAGES = {
+    "cv2": "opencv-python",
+    "PIL": "pillow",
+    "yaml": "pyyaml",
+    "skimage": "scikit-image",
+    "sklearn": "scikit-learn",
+}
+"""Packages whose modules have another name."""
 APP_FOLDERS = ("CARB_APP_PATH", "EXP_PATH", "ISAAC_PATH")
 
 
@@ -134,24 +144,22 @@ class Script:
         """After the last line: tasks that are left get updates; a snippet's application goes on while they last."""
         if run.app is None or run.ended:
             return
-        kit = kit_of(run.app)
+        kit, timeline = kit_of(run.app), run.app.timeline
+        if run.play and run.from_editor:
+            timeline.play()
         kit.turn()
-        playing, tasks = run.app.timeline.is_playing, kit.tasks()
         for done in count():
-            goes_on = run.from_editor and run.updates is not None and playing()
+            goes_on = run.from_editor and run.updates is not None and timeline.will_play()
             if run.over() or not (goes_on or (done < AFTER and kit.tasks())):
                 break
             kit.update()
-            tasks |= kit.tasks()
-        for task in tasks:
-            if task.done() and not task.cancelled() and (error := task.exception()) is not None:
-                raise error
 
     def place(self, error: BaseException) -> str:
         """`script.py:12: RuntimeError: message`, with the calls inside the script that led there."""
         lines = self._lines(error.__traceback__)
         kind = "" if isinstance(error, UserError) else f"{type(error).__name__}: "
         text = " ".join(str(error).split()) or "no message"
+        text = " ".join(filter(None, (text + _remedy(error), missing_below(text))))
         where = f"{self.path}:{lines[-1]}" if lines else str(self.path)
         calls = f" (called from {', '.join(f':{line}' for line in reversed(lines[:-1]))})" if len(lines) > 1 else ""
         return f"{where}{calls}: {kind}{text}"
@@ -193,6 +201,18 @@ class Script:
                 sys.modules["__main__"] = main
             os.environ.clear()
             os.environ.update(before[3])
+
+
+def _remedy(error: BaseException) -> str:
+    """What to do about a module that is not installed, as the tail of a message."""
+    if not isinstance(error, ModuleNotFoundError):
+        return ""
+    top = (error.name or "").partition(".")[0]
+    if top in ROS or top.endswith(("_msgs", "_interfaces", "_srvs")):
+        return "; give --rclpy for an rclpy over the message bus, or install ROS 2"
+    if not top or names_of(top).known:
+        return ""
+    return f"; install it (pip install {PACKAGES.get(top, top)}), or put the script's own module beside the script"
 
 
 def _main_module(path: Path, *, editor: bool) -> ModuleType:

@@ -37,6 +37,7 @@ class Run:
     make: makes the App from options of `App`. opened, closing: called with the App when it is there, and before it is
     closed. stuck: ends the process of a script that catches its end again and again. updates: after so many,
     `is_running()` is False; a few later the script is ended. strict: refuses names that do nothing.
+    play: plays the timeline after the last line of a snippet.
     """
 
     def __init__(
@@ -51,14 +52,17 @@ class Run:
         notes: Callable[[str, str, str], None] = lambda code, where, message: None,
         stuck: Callable[[int], None] = lambda code: None,
         rclpy: bool = False,
+        play: bool = False,
     ) -> None:
         self.make, self.updates, self.strict = make, updates, strict
         self.opened, self.closing, self.each_update, self.notes = opened, closing, each_update, notes
-        self.stuck, self.rclpy = stuck, rclpy
+        self.stuck, self.rclpy, self.play = stuck, rclpy, play
         self._ends = 0
         self.app: App | None = None
         self.mirror: Mirror | None = None
         """The prims of the App's graphs."""
+        self.missing: dict[str, str] = {}
+        """Prims that stay empty, and the names of their missing assets."""
         self.code: int | None = None
         """The exit code once the script asked for its end."""
         self.ended = False

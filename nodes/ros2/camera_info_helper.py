@@ -93,25 +93,25 @@ def _attach(db: Database, product: RenderProduct, right: RenderProduct | None) -
     topic, k = topic_name(db, product.camera_path), _matrix(db, product)
     if right is None:
         memory.product, memory.right = product, None
-        _add(db, product, topic, inputs.frameId, IDENTITY, _projection(k))
+        _add(db, product, topic, inputs.frameId, IDENTITY, projection(k))
         return True
-    problem = _unlike(_lens(product), _lens(right))
+    problem = _unlike(lens_of(product), lens_of(right))
     if problem:
         db.warn("stereo-unlike", f"{product.path} and {right.path} differ in their {problem}; nothing is published")
         return False
     memory.product, memory.right = product, right
     rotations, baseline = rectification(_pose(db, product), _pose(db, right))
     k = [(one + other) / 2 for one, other in zip(k, _matrix(db, right), strict=True)]  # rows meet, far points coincide
-    _add(db, product, topic, inputs.frameId, rotations[0], _projection(k))
+    _add(db, product, topic, inputs.frameId, rotations[0], projection(k))
     topic = topic_name(db, right.camera_path, inputs.topicNameRight)
-    _add(db, right, topic, inputs.frameIdRight, rotations[1], _projection(k, -k[0] * baseline))
+    _add(db, right, topic, inputs.frameIdRight, rotations[1], projection(k, -k[0] * baseline))
     return True
 
 
 def _add(
     db: Database, product: RenderProduct, topic: str, frame_id: str, r: Sequence[float], p: Sequence[float]
 ) -> None:
-    inputs, lens = db.inputs, _lens(product)
+    inputs, lens = db.inputs, lens_of(product)
     distortion = distortion_of(lens) or PINHOLE
     if distortion_of(_config(product).lens) is None:
         said = "ROS has no model of its lens; K is that of its focal length and aperture, D is 0"
@@ -123,7 +123,7 @@ def _add(
 
 
 def _matrix(db: Database, product: RenderProduct) -> list[float]:
-    lens = _lens(product)
+    lens = lens_of(product)
     square = lens.fx != lens.fy and bool(db.app.settings.get(INFO_SQUARE_PIXELS))
     if square:
         said = f"{product.camera_path}: its CameraInfo has fx {lens.fx:g} for fy {lens.fy:g}, unlike its image"
@@ -131,7 +131,7 @@ def _matrix(db: Database, product: RenderProduct) -> list[float]:
     return matrix_of(lens, square=square)
 
 
-def _projection(k: Sequence[float], shift: float = 0.0) -> list[float]:
+def projection(k: Sequence[float], shift: float = 0.0) -> list[float]:
     """P, row by row, of a matrix K; shift: what lies in its last column [px m]."""
     return [*k[:3], shift, *k[3:6], 0.0, *k[6:], 0.0]
 
@@ -155,7 +155,7 @@ def _config(product: RenderProduct) -> CameraConfig:
     return cast("CameraRuntime", unwrapped(product.sensor)).config
 
 
-def _lens(product: RenderProduct) -> Lens:
+def lens_of(product: RenderProduct) -> Lens:
     """The lens that a CameraInfo describes: the camera's, or a pinhole on its film where ROS has no model of it."""
     from sensors.camera.lens import Lens
 

@@ -123,7 +123,7 @@ def _cloud(db: Database, options: Mapping[str, Any]) -> None:
 
 def _info(db: Database, options: Mapping[str, Any]) -> None:
     """The lens of the camera; or, with a `k`, the parameters that the options give."""
-    if len(options["k"] or ()) == 0:
+    if options["k"] is None or len(options["k"]) == 0:
         return _compute(db, options)
     from .camera_helper import camera_product
     from .frame_publisher import publish_with
@@ -153,7 +153,10 @@ def _info(db: Database, options: Mapping[str, Any]) -> None:
 
 
 def _numbers(db: Database, name: str, values: Sequence[float], count: int) -> list[float]:
-    found = [float(value) for value in values]
+    """The values as floats; a table, such as an array of one row, is read row by row."""
+    import numpy as np
+
+    found = np.ravel(np.asarray(values, float)).tolist()
     if len(found) not in (0, count):
         db.fail(f"{name} has {len(found)} values; it needs {count}, row by row")
     return found

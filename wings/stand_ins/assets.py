@@ -27,6 +27,7 @@ from .robots import (
     three_joints,
     vehicle,
 )
+from .universal_robots import MODELS, universal_robot
 
 ROOM, ROOM_HEIGHT = (8.0, 8.0), 3.0
 HALL, HALL_HEIGHT = (20.0, 30.0), 9.0
@@ -84,8 +85,12 @@ KNOWN: tuple[tuple[str, Callable[[Any], Any], str], ...] = (
     (r"/Environments/Simple_Warehouse/", _hall, "a hall of 20 x 30 m with four racks"),
     (r"/Props/Blocks/", _block, "a cube of 5 cm"),
     (r"/Robots/(FrankaRobotics/FrankaPanda|Franka)/franka[^/]*$", franka, "an arm with its 9 joints, links as boxes"),
+    *(
+        (rf"/UniversalRobots/{name}/{name}[^/]*$", partial(universal_robot, name), "an arm with its 6 joints, as boxes")
+        for name in MODELS
+    ),
     (r"/Robots/(NVIDIA/)?Jetbot/jetbot[^/]*$", partial(vehicle, JETBOT), "a box on its two driven wheels"),
-    (r"/NovaCarter/nova_carter\.usd$", partial(vehicle, NOVA_CARTER), "a box on its two driven wheels"),
+    (r"/nova_carter\.usd$", partial(vehicle, NOVA_CARTER), "a box on its two driven wheels"),
     (r"/Carter/carter_v1\.usd$", partial(vehicle, CARTER), "a box on its two driven wheels"),
     (r"/ForkliftC/forklift_c[^/]*$", partial(vehicle, FORKLIFT), "a box on four driven wheels, two of which steer"),
     (r"/SimpleArticulation/simple_articulation[^/]*$", articulation, "an arm on a fixed pivot, and a slider on it"),

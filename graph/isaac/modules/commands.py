@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from graph.base.suggest import did_you_mean
-from graph.isaac.outcomes import tell_inert
+from graph.isaac.outcomes import UnsupportedError, tell_inert
 from graph.isaac.session import app, warn
 from graph.sim.usd import Gf, Sdf, UsdGeom
 from sensors.errors import SensorValueError
@@ -53,6 +53,17 @@ def create(name: str, **kwargs: Any) -> Any:
 
 
 def execute(name: str, **kwargs: Any) -> tuple[bool, Any]:
+    """Whether it worked, and the result of the command. As in Kit, an error is logged and not raised."""
+    try:
+        return _executed(name, kwargs)
+    except UnsupportedError:
+        raise
+    except Exception as error:
+        warn("command-failed", name, f"{type(error).__name__}: {error}")
+        return False, None
+
+
+def _executed(name: str, kwargs: dict[str, Any]) -> tuple[bool, Any]:
     own = get_command_class(name)
     if own is not None:
         command = own(**kwargs)

@@ -20,7 +20,6 @@ __all__ = [
     "get_physx_simulation_interface",
     "get_physxunittests_interface",
     "import_module",
-    "read_camera_info",
     "register_annotator_from_node_with_telemetry",
     "register_node_writer_with_telemetry",
     "run_coroutine",
@@ -186,12 +185,6 @@ def import_module(name: str) -> Any:
     from importlib import import_module as imported
 
     return imported(name)
-
-
-def read_camera_info(render_product_path: str) -> Any:
-    from graph.isaac.outcomes import UnsupportedError
-
-    raise UnsupportedError("read_camera_info: use the writer ROS2PublishCameraInfo, or the node ROS2CameraInfoHelper")
 
 
 class IExt:

@@ -15,6 +15,7 @@ from sensors import (
     parse_object_ids,
     parse_stable_id_map_data,
 )
+from sensors.errors import SensorValueError
 from sensors.handles import resolve
 from sensors.products import product_name, render_product
 from sensors.replicator import get_annotator, get_writer
@@ -76,9 +77,15 @@ class LidarRtx(SingleXFormPrim):
         return self._product.path
 
     def attach_annotator(self, annotator_name: str, **kwargs: Any) -> None:
-        if annotator_name not in self._annotators:
-            made = get_annotator(annotator_name).initialize(**kwargs)
+        if annotator_name in self._annotators:
+            return
+        made = get_annotator(annotator_name).initialize(**kwargs)
+        try:
             self._annotators[annotator_name] = made.attach([self._product.path])
+        except SensorValueError as error:
+            if annotator_name != FLAT_SCAN:
+                raise
+            app().warn("flat-scan-3d", self.prim_path, f"{error}; its data stay empty")
 
     def detach_annotator(self, annotator_name: str) -> None:
         found = self._annotators.pop(annotator_name, None)

@@ -41,6 +41,35 @@ class Tokens:
     linear, angular = "linear", "angular"
 
 
+def _type_of(value: Any) -> Any:
+    if isinstance(value, (bool, int, float, str, type(None))):
+        return Sdf.ValueTypeNames.Find(_KINDS.get(type(value), "float"))
+    return Sdf.GetValueTypeNameForValue(value)
+
+
+class Unset:
+    """An attribute of an applied schema that nothing has authored: it exists, has no value, and can be set."""
+
+    def __init__(self, prim: Any, name: str) -> None:
+        self._prim, self._name = prim, name
+
+    def IsValid(self) -> bool:
+        return bool(self._prim)
+
+    __bool__ = IsValid
+
+    def Get(self, *_: Any) -> Any:
+        found = self._prim.GetAttribute(self._name)
+        return found.Get() if found else None
+
+    def Set(self, value: Any, *_: Any) -> bool:
+        made = self._prim.GetAttribute(self._name) or self._prim.CreateAttribute(self._name, _type_of(value), False)
+        return bool(made.Set(value))
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._prim.GetAttribute(self._name), name)
+
+
 class _Api(OwnSchema):
     """An applied schema of a prim: `Create...Attr(value)`, `Get...Attr()`, `Get...Rel()`."""
 
@@ -92,19 +121,12 @@ class _Api(OwnSchema):
         if kind == "Rel":
             return lambda: self._prim.GetRelationship(full) or self._prim.CreateRelationship(full, False)
         if what == "Get":
-            return lambda: self._prim.GetAttribute(full)
+            return lambda: self._prim.GetAttribute(full) or Unset(self._prim, full)
 
         def create(value: Any = None, *_: Any) -> Any:
             made = self._prim.GetAttribute(full)
             if not made:
-                type_ = (
-                    Sdf.ValueTypeNames.Find(_KINDS.get(type(value), "float"))
-                    if value is not None
-                    else Sdf.ValueTypeNames.Float
-                )
-                if not isinstance(value, (bool, int, float, str, type(None))):
-                    type_ = Sdf.GetValueTypeNameForValue(value)
-                made = self._prim.CreateAttribute(full, type_, custom=False)
+                made = self._prim.CreateAttribute(full, _type_of(value), custom=False)
             if value is not None:
                 made.Set(value)
             return made

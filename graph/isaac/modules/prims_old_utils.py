@@ -319,7 +319,7 @@ def set_prim_hide_in_stage_window(prim: Any, hide: bool) -> None: ...
 
 
 def set_prim_visibility(prim: Any, visible: bool) -> None:
-    imageable = UsdGeom.Imageable(prim)
+    imageable = UsdGeom.Imageable(prim.GetPrim())
     (imageable.MakeVisible if visible else imageable.MakeInvisible)()
 
 

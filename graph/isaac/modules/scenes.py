@@ -57,6 +57,8 @@ class Scene:
     ) -> GroundPlane:
         from .materials import PhysicsMaterial
 
+        if name in self._objects:
+            return self._objects[name]  # type: ignore[no-any-return]
         material = PhysicsMaterial(
             f"{prim_path}/material", "ground_material", static_friction, dynamic_friction, restitution
         )
@@ -76,8 +78,9 @@ class Scene:
         from wings.stand_ins.parts import LAMP_HEIGHT, sphere_light
 
         made = self.add_ground_plane(None, z_position, name, prim_path, static_friction, dynamic_friction, restitution)
-        if not self.stage.GetPrimAtPath(f"{prim_path}/SphereLight"):
-            sphere_light(self.stage, f"{prim_path}/SphereLight", LAMP_HEIGHT)
+        lamp = f"{made.prim_path}/SphereLight"
+        if not self.stage.GetPrimAtPath(lamp):
+            sphere_light(self.stage, lamp, LAMP_HEIGHT)
         return made
 
     def compute_object_AABB(self, name: str) -> tuple[np.ndarray, np.ndarray]:

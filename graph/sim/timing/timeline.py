@@ -154,6 +154,10 @@ class Timeline(Suggesting):
         """Whether the time advances."""
         return self._state == "playing"
 
+    def will_play(self) -> bool:
+        """Whether the time advances once the requests are applied."""
+        return (self._pending or [self._state])[-1] == "playing"
+
     def is_stopped(self) -> bool:
         """Whether the world is in its authored state."""
         return self._state == "stopped"

@@ -303,7 +303,7 @@ app.close()
     ("line", "message"),
     [
         ("import isaacsim.cortex.framework.df as df\ndf.DfNetwork()", "Cortex is not here"),
-        ("from isaacsim.robot.manipulators import SingleManipulator\nSingleManipulator()", "arms with grippers"),
+        ("from isaacsim.robot.manipulators.grippers import SurfaceGripper\nSurfaceGripper()", "the node isaacsim."),
         ("import omni.replicator.core as rep\nrep.randomizer.color()", "scene randomizers are not here"),
         ("import omni.usd\nomni.usd.get_contex()", "did you mean"),
         ("from omni.usd import nothing", "cannot import name"),

@@ -24,6 +24,8 @@ REASONS = {
     "modules/commands.py:Command.undo": HOOK,
     "modules/interfaces.py:IExt.on_startup": HOOK,
     "modules/interfaces.py:IExt.on_shutdown": HOOK,
+    "modules/manipulators.py:Gripper.post_reset": HOOK,
+    "modules/ui.py:AbstractValueModel.add_begin_edit_fn": "nobody edits a widget here",
     "modules/interfaces.py:_Physics.fetch_results": DONE,
     "modules/interfaces.py:_Physics.update_transformations": DONE,
     "modules/kit_app.py:IApp.get_app_name": TRUE_HERE,
