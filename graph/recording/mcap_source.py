@@ -35,7 +35,6 @@ class McapSource(RecordedFile):
 
     def __init__(self, path: str | Path, *, whole: bool = True) -> None:
         super().__init__(path)
-        self.channels: dict[str, dict[str, str]] = {}
         self._summary: Any = None
         self._defined = 0
         self._files: list[BinaryIO] = []

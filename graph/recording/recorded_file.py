@@ -18,8 +18,9 @@ _LATEST_NS = 2**63 - 1
 class RecordedFile:
     """The base of the readers of each format; they fill it when they open a file.
 
-    Each iteration opens the file again. `skipped` says which topics cannot be read, and why;
-    `counts`: messages by topic; `provenance`: what the file says of its source; `unfinished`: why a part is missing.
+    Each iteration opens the file again. `skipped` says which topics cannot be read, and why; `counts`: messages by
+    topic; `channels`: metadata by topic, if the format has it; `provenance`: what the file says of its source;
+    `unfinished`: why a part is missing.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -27,6 +28,7 @@ class RecordedFile:
         self.skipped: dict[str, str] = {}
         self.counts: dict[str, int] = {}
         self.provenance: dict[str, str] = {}
+        self.channels: dict[str, dict[str, str]] = {}
         self.unfinished = ""
         self._types: dict[str, str] = {}
         self._start_ns = 0

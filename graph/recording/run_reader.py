@@ -20,12 +20,15 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path, PurePosixPath
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import UserError
 from graph.base.inputs import read_text, start_of
 
 from .sources import Entry
+
+if TYPE_CHECKING:
+    from .recorded_file import RecordedFile
 
 REPORT = "report.json"
 """Name of the report beside a recording."""
@@ -36,28 +39,6 @@ SUFFIXES = (".mcap", ".db3")
 NAMED = 3
 """Folders of runs that a message lists at most."""
 _COMPRESSED = re.compile(r"compression_mode:\s*[\"']?(file|message)", re.IGNORECASE)
-
-
-class RecordedFile(Protocol):
-    """One file of a recording. `unfinished` says why its end may be missing; "" for a finished file."""
-
-    name: str
-    skipped: dict[str, str]
-    counts: dict[str, int]
-    provenance: dict[str, str]
-    unfinished: str
-
-    def topics(self) -> Mapping[str, str]:
-        """The topics that can be read and their types."""
-
-    def start_ns(self) -> int:
-        """The log time of its first message [ns]."""
-
-    def read(self, topics: Collection[str] | None = None) -> Iterator[Entry]:
-        """Its messages on these topics (default: on all), by log time."""
-
-    def close(self) -> None:
-        """Frees its resources."""
 
 
 @dataclass(slots=True)
@@ -153,9 +134,8 @@ class RunReader:
 
     def _add(self, file: RecordedFile) -> None:
         self.skipped |= file.skipped
-        channels: Mapping[str, Mapping[str, str]] = getattr(file, "channels", {})
         for name, type_name in file.topics().items():
-            topic = self.recorded.setdefault(name, RecordedTopic(name, type_name, 0, channels.get(name, {})))
+            topic = self.recorded.setdefault(name, RecordedTopic(name, type_name, 0, file.channels.get(name, {})))
             if topic.type_name == type_name:
                 topic.messages += file.counts.get(name, 0)
             else:
