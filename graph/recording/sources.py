@@ -16,12 +16,10 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Protocol
 
 from graph.base.exact import duration, nanoseconds
-from graph.sim.messages.bus import MessageBus, topic_name
+from graph.sim.messages.bus import topic_name
 
 if TYPE_CHECKING:
-    from graph.sim.phases import Callback, Unsubscribe
-    from graph.sim.timing.clocks import PhysicsClock
-    from graph.sim.timing.timeline import Timeline
+    from graph.sim.app import App
 
 WALL_CLOCK_NS = 365 * 86_400 * 10**9
 """Times from here on count from 1970, not from the start of a run: no run is as long as a year."""
@@ -118,33 +116,6 @@ class RemappedSource:
         self._source.close()
 
 
-class Clocked(Protocol):
-    """The part of a simulation that is used here."""
-
-    @property
-    def clock(self) -> PhysicsClock:
-        """Its clock."""
-
-
-class PlayingApp(Protocol):
-    """The part of an App that is used here."""
-
-    @property
-    def simulation(self) -> Clocked:
-        """Its simulation."""
-
-    @property
-    def timeline(self) -> Timeline:
-        """Its timeline."""
-
-    @property
-    def bus(self) -> MessageBus:
-        """Its message bus."""
-
-    def on(self, phase: str, callback: Callback, order: int = 0) -> Unsubscribe:
-        """Calls `callback()` in a phase or at an event; returns a function that ends it."""
-
-
 class Player:
     """Plays sources into an App; several are merged by time, equal times in the order of the sources.
 
@@ -152,7 +123,7 @@ class Player:
     which becomes time 0. All other times count from play. `close` (also done by the App's close) ends it.
     """
 
-    def __init__(self, app: PlayingApp, sources: Sequence[Source]) -> None:
+    def __init__(self, app: App, sources: Sequence[Source]) -> None:
         self._app, self._sources = app, tuple(sources)
         starts = [source.start_ns() for source in self._sources]
         wall = [start for start in starts if start >= WALL_CLOCK_NS]

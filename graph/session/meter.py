@@ -12,12 +12,13 @@ import functools
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from graph.base.records import dataclass
 
 if TYPE_CHECKING:
     from graph.sim.app import App
+    from graph.sim.messages.bus import Sink
 
 PARTS = {
     "physics": "physics steps",
@@ -51,16 +52,6 @@ class Cost:
     def per(self, seconds: float) -> Cost:
         """The cost per second of a cost over `seconds` [s]."""
         return Cost(self.wall / seconds, self.cpu / seconds)
-
-
-class Sink(Protocol):
-    """A sink of messages, as `graph.sim.messages.bus.Sink`."""
-
-    def advertise(self, topic: str, type_name: str) -> None: ...  # noqa: D102
-
-    def write(self, message: Any) -> None: ...  # noqa: D102
-
-    def close(self) -> None: ...  # noqa: D102
 
 
 class Meter:
