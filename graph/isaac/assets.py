@@ -56,3 +56,22 @@ def missing_below(text: str) -> str:
         if f"{path}/" in text or re.search(rf"{re.escape(path)}(?!\w)", text):
             return f"({path} is empty because {name} is missing)"
     return ""
+
+
+def found_asset(address: str, wanted_by: str) -> str:
+    """The local file of an asset, or the layer of its stand-in; "" for a remote one that is not here, which is said.
+
+    Raises FileNotFoundError for a missing local file.
+    """
+    from graph.sim.scene.assets import stand_in
+
+    file = local_path(address)
+    if file is None and (found := stand_in(str(address))) is not None:
+        code, message = found.note()
+        warn(code, str(address), message)  # once for all prims that refer to it
+        return str(found.layer.identifier)
+    if file is None:
+        if "://" not in str(address):
+            raise FileNotFoundError(f"{address} does not exist")
+        missing(address, wanted_by)
+    return file or ""

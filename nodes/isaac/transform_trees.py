@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from graph.base.records import dataclass
@@ -10,6 +10,7 @@ from graph.sim.scene.mechanisms import mechanisms_of
 from graph.sim.scene.prim_paths import NAME_OVERRIDE
 
 WORLD = "world"
+SITE = "IsaacSiteAPI"
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,21 +42,39 @@ def edges_of(stage: Any, parent: str, targets: Iterable[str], *, keep_parent: bo
     """The transforms of `targets` below `parent` ("" is the world).
 
     A target that is the root of an articulation (`Mechanisms.standing_for`) means all its links: the parent of the root
-    link is `parent`, that of every other link is the link that its joint connects it to. The parent of any other target
-    is `parent`. The parent as its own target is left out, unless `keep_parent` asks for its identity.
+    link is `parent`, that of every other link is the link that its joint connects it to; prims with IsaacSiteAPI below
+    a link are frames in it. The parent of any other target is `parent`. The parent as its own target is left out,
+    unless `keep_parent` asks for its identity.
     """
     mechanisms = mechanisms_of(stage)
     pairs: dict[str, str] = {}
     for target in targets:
-        for child, parent_link in (mechanisms.standing_for(target) or {target: ""}).items():
+        links = mechanisms.standing_for(target) or {}
+        for child, parent_link in (links or {target: ""}).items():
             if child != parent or (keep_parent and child == target):
                 pairs.setdefault(child, parent_link or parent)
+        for site, link in _sites_of(stage, links):
+            pairs.setdefault(site, link)
     names = _frame_names(stage, [parent, *pairs.values(), *pairs])
     cameras = {path for path in names if path and _is_camera(stage.GetPrimAtPath(path))}
     return [
         Edge(above, child, names[above], names[child], above in cameras, child in cameras)
         for child, above in pairs.items()
     ]
+
+
+def _sites_of(stage: Any, links: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+    """The sites below links, each with its link: places that robot schemas mark, such as the mount of a sensor."""
+    from graph.sim.usd import Usd
+
+    for link in links:
+        prims = iter(Usd.PrimRange(stage.GetPrimAtPath(link)))
+        for prim in prims:
+            path = str(prim.GetPath())
+            if path != link and path in links:
+                prims.PruneChildren()
+            elif SITE in map(str, prim.GetPrimTypeInfo().GetAppliedAPISchemas()):
+                yield path, link
 
 
 def _is_camera(prim: Any) -> bool:

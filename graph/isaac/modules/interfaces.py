@@ -5,8 +5,6 @@ from __future__ import annotations
 import logging
 from typing import Any
 
-import numpy as np
-
 from graph.isaac.outcomes import inert, tell_inert
 from graph.isaac.session import app, kit
 
@@ -16,7 +14,6 @@ __all__ = [
     "createJoint",
     "get_physics_simulation_interface",
     "get_physx_interface",
-    "get_physx_scene_query_interface",
     "get_physx_simulation_interface",
     "get_physxunittests_interface",
     "import_module",
@@ -107,27 +104,6 @@ class _Physx(_Physics):
         return _each_step(fn, pre_step, order)
 
 
-class _Query:
-    def raycast_closest(self, origin: Any, direction: Any, distance: float, both_sides: bool = False) -> dict[str, Any]:
-        from sensors.raycast.rays import cast_ranged
-        from sensors.raycast.shared import cast_world
-
-        unit = float(app().meters_per_unit)
-        way = np.asarray([*direction], float).reshape(1, 3)
-        way = way / np.linalg.norm(way)
-        start = np.asarray([*origin], float).reshape(1, 3)
-        world = cast_world(app().world)
-        hits = cast_ranged(world, start * unit, way, (0.0, float(distance) * unit), normals=True)
-        away = float(hits.distance[0]) / unit
-        if not np.isfinite(away) or away > distance:
-            return {"hit": False}
-        path = world.surfaces[int(hits.surfaces()[0])].path
-        place = (start + way * away)[0]
-        normal = np.zeros(3) if hits.normals is None else hits.normals[0]
-        found = {"distance": away, "position": tuple(place), "normal": tuple(normal)}
-        return {"hit": True, **found, "rigidBody": path, "collision": path}
-
-
 def get_physics_simulation_interface() -> _Physics:
     return _Physics()
 
@@ -150,10 +126,6 @@ class _Statistics:
 
 def get_physxunittests_interface() -> _Statistics:
     return _Statistics()
-
-
-def get_physx_scene_query_interface() -> _Query:
-    return _Query()
 
 
 def createJoint(stage: Any, joint_type: str, from_prim: Any, to_prim: Any) -> Any:

@@ -55,6 +55,8 @@ class SingleXFormPrim:
         named.pop("reset_xform_properties", None)
         pose = {key: None if value is None else np.asarray(value) for key, value in _pose(named, one=True).items()}
         self._view = self._wrapper(prim_path, resolve_paths=False, **pose)
+        self._first = self.get_world_pose()
+        """The default pose until one is set."""
         self.name = name
         if visible is not None:
             self.set_visibility(visible)
@@ -124,8 +126,12 @@ class SingleXFormPrim:
         return self.get_applied_visual_material() is not None
 
     def get_default_state(self) -> Any:
-        position, orientation = (None if one is None else one.numpy()[0] for one in self._view.get_default_state()[:2])
+        position, orientation = self._default_pose()
         return XFormPrimState(position, orientation)
+
+    def _default_pose(self) -> list[Any]:
+        kept = self._view.get_default_state()[:2]
+        return [first if one is None else one.numpy()[0] for one, first in zip(kept, self._first, strict=True)]
 
     def set_default_state(self, position: Any = None, orientation: Any = None) -> None:
         self._view.set_default_state(_row(position), _row(orientation))
@@ -222,7 +228,8 @@ class SingleRigidPrim(SingleXFormPrim):
         return DynamicState(*self.get_world_pose(), self.get_linear_velocity(), self.get_angular_velocity())
 
     def get_default_state(self) -> Any:
-        return DynamicState(*(None if one is None else one.numpy()[0] for one in self._view.get_default_state()))
+        speeds = (np.zeros(3) if one is None else one.numpy()[0] for one in self._view.get_default_state()[2:])
+        return DynamicState(*self._default_pose(), *speeds)
 
     def set_default_state(
         self,

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-from graph.isaac.assets import local_path, missing
-from graph.isaac.session import app, app_or_none, kit, warn
+from graph.isaac.assets import found_asset
+from graph.isaac.session import app, app_or_none, kit
 from graph.sim.usd import Sdf, Usd, UsdGeom, UsdLux, UsdPhysics, UsdUtils
 
 from .backend import get_current_backend
@@ -107,18 +107,8 @@ def add_reference_to_stage(
 
 def refer(prim: Any, address: str) -> bool:
     """Adds a reference to an asset; one that is not here is said once, and the prim stays empty."""
-    from graph.sim.scene.assets import stand_in
-
-    file = local_path(address)
-    if file is None and (found := stand_in(str(address))) is not None:
-        code, message = found.note()
-        warn(code, str(address), message)  # once for all prims that refer to it
-        prim.GetReferences().AddReference(found.layer.identifier)
-        return True
-    if file is None:
-        if "://" not in str(address):
-            raise FileNotFoundError(f"{address} does not exist")
-        missing(address, str(prim.GetPath()))
+    file = found_asset(address, str(prim.GetPath()))
+    if not file:
         return False
     try:
         layer = Sdf.Layer.FindOrOpen(file)

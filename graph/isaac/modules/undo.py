@@ -69,6 +69,8 @@ def begin_group() -> None:
 
 def end_group() -> None:
     held = _stacks()
+    if not held.groups:
+        return  # no group is open
     first = held.groups.pop()
     ones, held.done[first:] = held.done[first:], []
     if ones:

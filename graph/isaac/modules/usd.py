@@ -7,12 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from graph.base.errors import UserError
-from graph.isaac.assets import local_path, missing
+from graph.isaac.assets import found_asset, local_path, missing
 from graph.isaac.events import EventStream
 from graph.isaac.outcomes import inert
 from graph.isaac.session import app, app_or_none, kit
 from graph.sim.scene.assets import stand_in
 from graph.sim.usd import Gf, Sdf, Usd, UsdGeom, UsdUtils
+
+from .references import take_addresses
 
 __all__ = [
     "Selection",
@@ -34,6 +36,7 @@ __all__ = [
     "make_path_relative_to_current_edit_target",
     "resolve_paths",
 ]
+take_addresses(found_asset)
 StageEventType = IntEnum(
     "StageEventType",
     "SAVED SAVE_FAILED OPENING OPENED OPEN_FAILED CLOSING CLOSED SELECTION_CHANGED ASSETS_LOADED ASSETS_LOAD_ABORTED "

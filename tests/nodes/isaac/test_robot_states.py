@@ -125,6 +125,20 @@ def test_links_are_placed_in_a_parent_prim(stage, arm):
     assert trace.fired("execOut") == [0]
 
 
+def test_sites_of_a_robot_are_frames_in_their_links(arm, stage):
+    """The arm's link lies along x; the mount is 0.2 m up in it."""
+    from pxr import UsdGeom
+
+    mount = UsdGeom.Xform.Define(stage, f"{ROOT}/Link/mount")
+    mount.AddTranslateOp().Set((0, 0, 0.2))
+    mount.GetPrim().AddAppliedSchema("IsaacSiteAPI")
+    UsdGeom.Xform.Define(stage, f"{ROOT}/Link/other")
+    trace = run_node("IsaacComputeTransformTree", inputs={"targetPrims": [ROOT]}, pulses={"execIn": [0]}, app=arm())
+    assert list(zip(trace.value("parentFrames"), trace.value("childFrames"), strict=True))[-1] == ("Link", "mount")
+    assert trace.value("translations")[-1] == pytest.approx([0, 0, 0.2], abs=1e-6)
+    assert "other" not in trace.value("childFrames")
+
+
 def test_a_tree_needs_prims_that_are_there(arm):
     app = arm()
     with pytest.raises(ComputeError, match="nothing to place; set targetPrims"):
