@@ -53,7 +53,7 @@ def test_every_example_is_listed_and_copied_with_all_that_it_needs(graph, folder
     names = {row.split("\t")[0] for row in graph("new", "--list").out.splitlines() if row}
     assert names == {*KINDS, *examples()}
     assert {"yard", "quickstart", "arm"} <= names
-    for name in ("yard", "arm", "quickstart", "camera_pipeline"):
+    for name in ("yard", "arm", "quickstart", "camera"):
         made = graph("new", name, name)
         assert made.code == 0, made.err
         assert made.out.splitlines()[1:] == [

@@ -34,6 +34,7 @@ def printed(run_script):
     return run
 
 
+@needs_wing("stand_ins")
 def test_a_contact_sensor_reads_the_contacts_of_the_engine(printed):
     lines, _ = printed(f"""{APP}
 from isaacsim.core.api import World
