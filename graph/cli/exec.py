@@ -139,8 +139,6 @@ class _Reporting:
         self._args, self._script, self._held = args, script, held
         self._output: Any = None
         self._failures: list[RunError] = []
-        self._live: list[Any] = []
-        self._started = time.perf_counter()
         self.played = False
         self.missed: list[tuple[str, str, str]] = []
         """Warnings of sensors that missed ticks."""

@@ -66,6 +66,7 @@ class Run:
         self.code: int | None = None
         """The exit code once the script asked for its end."""
         self.ended = False
+        self._opened = False
         self._warp_before = "warp" in sys.modules
         self.names_warp = False
         """Whether the script's own text imports Warp."""
@@ -95,6 +96,7 @@ class Run:
 
         self.mirror = Mirror(self.app)
         self.opened(self.app)
+        self._opened = True
         return self.app
 
     def close(self) -> None:
@@ -104,7 +106,8 @@ class Run:
             return
         self.ended = True
         try:
-            self.closing(self.app)
+            if self._opened:
+                self.closing(self.app)
         finally:
             self.app.__exit__(None, None, None)
 

@@ -6,7 +6,7 @@ from enum import Enum
 from typing import Any
 
 from graph.isaac.outcomes import inert, tell_inert
-from graph.isaac.session import RUN, app, kit
+from graph.isaac.session import RUN, app, kit, warn
 from graph.sim import settings as keys
 from sensors import replicator as ours
 from sensors.annotators.annotator import Annotator as OurAnnotator
@@ -134,9 +134,18 @@ def get_annotator(
     device: str | None = None,
     do_array_copy: bool = True,
 ) -> Any:
-    made = ours.get_annotator(name, init_params, None, device, do_array_copy)
+    made = ours.get_annotator(_present(name), init_params, None, device, do_array_copy)
     made.__class__ = Annotator
     return made if render_products is None else made.attach(render_products)
+
+
+def _present(name: str) -> str:
+    """The name of an annotator of lidars in Isaac Sim 6; older ones began with the kind of the sensor."""
+    tail = name.removeprefix("RtxSensorCpu").removeprefix("RtxSensorGpu")
+    if tail == name or not tail.startswith("Isaac"):
+        return name
+    warn("isaac-old-name", name, f"Isaac Sim 6 has no such annotator; it stands for {tail}")
+    return tail
 
 
 class AnnotatorRegistry:

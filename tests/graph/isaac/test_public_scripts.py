@@ -322,3 +322,28 @@ PickPlaceController(name="controller")
     assert (code, out) == (1, "imported\n")
     assert "script.py:5: " in err
     assert "motion generation is not here" in err
+
+
+def test_an_application_that_cannot_start_ends_with_its_own_error(run_script, monkeypatch):
+    def fails(app):
+        raise RuntimeError("no prims of graphs")
+
+    monkeypatch.setattr("graph.isaac.mirror.Mirror", fails)
+    code, _, err = run_script(f"{APP}app.close()\n")
+    assert code == 1
+    assert "script.py:2: RuntimeError: no prims of graphs" in err
+    assert "AttributeError" not in err
+
+
+def test_annotators_of_lidars_are_found_by_their_older_names(run_script):
+    script = """
+import omni.kit.commands
+import omni.replicator.core as rep
+_, lidar = omni.kit.commands.execute("IsaacSensorCreateRtxLidar", path="/lidar", config="Example_Rotary")
+scan = rep.AnnotatorRegistry.get_annotator("RtxSensorCpuIsaacCreateRTXLidarScanBuffer")
+scan.attach(rep.create.render_product(lidar.GetPath(), [1, 1]).path)
+print(sorted(scan.get_data())[:1])
+"""
+    code, out, err = run_script(script)
+    assert (code, out) == (0, "['azimuth']\n")
+    assert "it stands for IsaacCreateRTXLidarScanBuffer" in err
