@@ -65,6 +65,7 @@ def test_a_part_that_is_not_up_to_date_is_found_and_written_again(tmp_path, monk
     assert (tmp_path / "robustness.md").read_text(encoding="utf8") == page("robustness").text
 
 
+@needs_every_command
 def test_figures_measured_again_are_written_into_the_page_and_readme(tmp_path, monkeypatch):
     for path in (*manual.FOLDER.glob("*.md"), manual.README):
         (tmp_path / path.name).write_text(path.read_text(encoding="utf8"), encoding="utf8")
