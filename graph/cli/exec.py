@@ -49,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--strict",
         action="store_true",
-        help="refuse names that do nothing here; exit 1 for silent parts, missed ticks and caught errors",
+        help="refuse names that do nothing here; exit 1 for silent parts, missed ticks, failed nodes and caught errors",
     )
     parser.add_argument("--parity", choices=("documented", "isaacsim-6.0.1"), default="documented", help="the profile")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of every random stream (default 0)")
@@ -125,7 +125,9 @@ def run(args: argparse.Namespace) -> int:
 
         if script.caught:
             tell(f"strict: the script caught {counted(len(script.caught), 'errors')}")
-        silent = strict_code(reporting.report["silent"] if reporting.report else (), reporting.missed)
+        report: Report = reporting.report or {"silent": (), "warnings": ()}
+        failed = [f"{one['where']}: {one['message']}" for one in report["warnings"] if one["code"] == "compute-failed"]
+        silent = strict_code([*failed, *report["silent"]], reporting.missed)
         return code or int(bool(script.caught or silent))
     return code
 

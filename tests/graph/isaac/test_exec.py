@@ -149,6 +149,9 @@ def test_a_node_that_fails_is_reported_and_the_script_goes_on_as_in_kit(run_scri
     code, out, err = run_script(f"{APP}{edit}app.close()\n")
     assert (code, out) == (0, "0.0\n")
     assert "warning compute-failed: /G/read: input prim names 0 prims; give it the path of one prim (3 times)" in err
+    code, _, err = run_script(f"{APP}{edit}app.close()\n", "--strict")
+    assert code == 1
+    assert "strict: /G/read: input prim names 0 prims" in err
     code, _, err = run_script(f"{APP}{edit}app.close()\n", "--/tickgraph/nodeErrorsStop=true")
     assert code == 1
     assert "failed in update 0: input prim names 0 prims" in err
