@@ -9,7 +9,8 @@ import numpy as np
 from graph.isaac.session import app
 from graph.sim.usd import UsdGeom
 
-from .old_prims import Robot, SingleArticulation, SingleRigidPrim
+from .old_prims import SingleRigidPrim
+from .old_robots import Robot, SingleArticulation
 from .stage_old import add_reference_to_stage
 from .storage import get_assets_root_path
 from .values import ArticulationAction

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from .old_prims import Articulation as ArticulationView
-from .old_prims import GeometryPrim as GeometryPrimView
-from .old_prims import RigidPrim as RigidPrimView
-from .old_prims import SingleArticulation as Articulation
 from .old_prims import SingleGeometryPrim as GeometryPrim
 from .old_prims import SingleRigidPrim as RigidPrim
 from .old_prims import SingleXFormPrim as XFormPrim
-from .old_prims import XFormPrim as XFormPrimView
+from .old_robots import SingleArticulation as Articulation
+from .old_views import Articulation as ArticulationView
+from .old_views import GeometryPrim as GeometryPrimView
+from .old_views import RigidPrim as RigidPrimView
+from .old_views import XFormPrim as XFormPrimView
 
 __all__ = [
     "Articulation",

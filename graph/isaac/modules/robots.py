@@ -10,7 +10,7 @@ import numpy as np
 from graph.isaac.results import numbers, rows
 
 from . import articulation
-from .old_prims import Robot
+from .old_robots import Robot
 from .stage import refer
 from .values import ArticulationAction
 

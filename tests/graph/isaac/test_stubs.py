@@ -37,7 +37,7 @@ REASONS = {
     "modules/og.py:_Orchestration.is_valid": TRUE_HERE,
     "modules/og.py:Settings.__exit__": "its constructor says that it does nothing",
     "modules/old_prims.py:SingleXFormPrim.initialize": DONE,
-    "modules/old_prims.py:_View.initialize": DONE,
+    "modules/old_views.py:_View.initialize": DONE,
     "modules/replicator.py:Writer.on_final_frame": HOOK,
     "modules/robots.py:BaseController.reset": HOOK,
     "modules/robots.py:ExperimentalDifferentialController.reset": "it has no state",
