@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from graph.base.plugins import SENSORS, leave_out, loaded, of_wings
 from graph.base.records import dataclass, field
+from graph.sim import entered
+from graph.sim.scene import placed_types
 
 from .channels import CHANNELS, POINT_CHANNELS, Channel
 from .errors import SensorValueError
@@ -38,7 +40,7 @@ BUILT_IN = (
 class SensorType:
     """One modality.
 
-    - prim_type: of the prims that are such sensors.
+    - prim_type: of the prims that are such sensors; they have a transform, also where no USD schema declares the type.
     - modality: its name in `GenericModelOutput`, or another where none is made of its frames.
     - runtime: makes the sensor of a prim for images of a width and height (what makes no images takes no notice): a
       `SensorRuntime` class, or a function. Raises UserError for a prim that describes no such sensor.
@@ -108,11 +110,15 @@ def register_sensor_type(kind: SensorType) -> None:
             raise SensorValueError(f"{kind.prim_type}: there is {what} {name!r} already; give yours another name")
     CHANNELS.update((channel.name, channel) for channel in kind.channels)
     _types[kind.prim_type] = kind
+    placed_types.names.add(kind.prim_type)
+    for app in [*entered.living]:
+        placed_types.give_transforms(app.stage)
 
 
 def unregister_sensor_type(prim_type: str) -> None:
     """Removes a sensor type and everything that it added; unknown ones are ignored."""
     kind = _types.pop(prim_type, None)
+    placed_types.names.discard(prim_type)
     kept = {channel.name for channel in POINT_CHANNELS}.union(*(other.measures for other in _types.values()))
     for name in kind.measures - kept if kind else ():
         del CHANNELS[name]

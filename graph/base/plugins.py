@@ -1,7 +1,8 @@
 """Plug-ins: node types, sensors, exports, commands, devices, targets and more: entry points in groups.
 
 TickGraph's own wings (`wings/`) are declared in pyproject.toml, as those of any other package. A clone is read from
-there, so that it need not be installed, and an installation from its table of entry points. No module names a wing.
+there, so that it need not be installed, and an installation from its table of entry points. Only names of Isaac Sim
+that stand for what a wing has name one.
 """
 
 from __future__ import annotations

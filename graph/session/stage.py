@@ -31,6 +31,7 @@ def build_stage(
 
     The last item is the problems of the inline prims. Raises UserError without a scene to author them on.
     """
+    from graph.sim.scene.placed_types import give_transforms
     from graph.sim.scene.prims import author_prims
     from graph.sim.scene.stage import add_scene, meters_per_unit, open_stage, up_axis
     from sensors.configs import author_config
@@ -54,6 +55,8 @@ def build_stage(
     else:
         stage = open_stage(scene.usd, roots, warn, skip_outside=skip_outside)
     meters_per_unit(stage), up_axis(stage)
+    types = sensor_types()
+    give_transforms(stage)
 
     def where(path: str, key: str | None = None) -> Mark | None:
         return scene.prim_marks.get((path, key) if key else (path,)) or scene.prim_marks.get((path,))
@@ -68,7 +71,7 @@ def build_stage(
                 prims,
                 where,
                 sensor_config=author_config,
-                sensor_types=sensor_types(),
+                sensor_types=types,
                 allow_roots=roots,
                 folder=spec.folder,
                 warn=warn,

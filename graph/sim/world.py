@@ -17,6 +17,7 @@ from .fidelity import Fidelity
 from .live.editing import EditStage, Player, remove_prims
 from .physics import MUJOCO
 from .renderer.view import WorldView
+from .scene.placed_types import give_transforms
 from .state.playing_world import WhenPlaying, checked_choice
 
 if TYPE_CHECKING:
@@ -49,6 +50,7 @@ class World(WorldView):
         warn: Warn,
     ) -> None:
         self.stage = stage
+        give_transforms(stage)
         self.mjcf = mjcf
         self.engine = engine
         self.fidelity = fidelity
@@ -175,6 +177,7 @@ class World(WorldView):
         """Puts another stage in the place of the present one, while stopped; an MJCF model ends with its stage."""
         self.fabric.close()
         self.stage, self.mjcf = stage, None
+        give_transforms(stage)
         self._stage_state = None
         self.forget_geometry()
         self.fabric = self._new_fabric()

@@ -20,7 +20,7 @@ from graph.cli.main import main
 from graph.node import Attribute, Database, node_type
 from graph.node.registry import DEFAULT
 from graph.sim import App
-from graph.sim.usd import Sdf
+from graph.sim.usd import Gf, Sdf, UsdGeom
 from nodes.lidar.frames import RENDER_PRODUCT, Reader, attach, read_frame, release
 from sensors import AnnotatorType, Channel, Measurement, SensorRuntime, SensorType
 from sensors.channels import CHANNELS
@@ -181,6 +181,54 @@ def test_it_runs_in_a_graph_file_and_stands_in_the_report(file, tmp_path, readin
     assert (told["tick_rate"], told["frames"], told["missed"], told["elements"]) == (20.0, 4, 0, 4)
     assert (told["first_frame_ns"], told["last_frame_ns"]) == (50_000_000, 200_000_000)
     assert report["silent"] == []
+
+
+PLACED = {
+    "/Probe": {
+        "type": "Thermometer",
+        "schemas": ["OmniSensorAPI"],
+        "translate": [1, 0, 4],
+        "attributes": {"omni:sensor:tickRate": 20},
+    }
+}
+AT_4_M = GROUND - LAPSE * 4
+
+
+def test_a_prim_without_a_parent_has_the_place_that_the_file_gives_it(tmp_path, readings):
+    text = json.dumps(FILE | {"scene": {"prims": PLACED}}).replace(PROBE, "/Probe")
+    (tmp_path / "probe.json").write_text(text)
+    assert main(["run", str(tmp_path / "probe.json"), "--strict"]) == 0
+    assert [value for _, value in readings] == [AT_4_M] * 4
+
+
+def test_a_prim_of_a_usd_scene_has_the_place_that_the_scene_gives_it(tmp_path, readings):
+    (tmp_path / "probe.usda").write_text(
+        '#usda 1.0\n(\n    metersPerUnit = 1\n    upAxis = "Z"\n)\n'
+        'def Thermometer "Probe" (prepend apiSchemas = ["OmniSensorAPI"])\n{\n'
+        "    float omni:sensor:tickRate = 20\n    double3 xformOp:translate = (1, 0, 4)\n"
+        '    uniform token[] xformOpOrder = ["xformOp:translate"]\n}\n'
+    )
+    text = json.dumps(FILE | {"scene": {"usd": "probe.usda"}}).replace(PROBE, "/Probe")
+    (tmp_path / "probe.json").write_text(text)
+    assert main(["run", str(tmp_path / "probe.json"), "--strict"]) == 0
+    assert [value for _, value in readings] == [AT_4_M] * 4
+
+
+@pytest.mark.parametrize("first", ["the type", "the App"])
+def test_a_prim_is_placed_from_python_whether_the_type_or_the_app_was_there_first(first):
+    if first == "the App":
+        sensors.unregister_sensor_type("Thermometer")
+    with App() as app:
+        if first == "the App":
+            sensors.register_sensor_type(THERMOMETER)
+        probe = app.stage.DefinePrim("/Probe", "Thermometer")
+        assert UsdGeom.XformCommonAPI(probe).SetTranslate(Gf.Vec3d(1, 0, 4))
+        product = rep.create.render_product("/Probe", (1, 1))
+        annotator = rep.get_annotator("Temperature")
+        annotator.attach([product])
+        app.play()
+        app.update(3)
+        assert annotator.get_data() == AT_4_M
 
 
 def test_explain_shows_its_facts_schedule_and_consumer(file, capsys):
