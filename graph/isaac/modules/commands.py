@@ -17,6 +17,7 @@ from sensors.errors import SensorValueError
 from .prims import attribute
 from .sensor_schema import IsaacSensorSchema, RangeSensorSchema
 from .stage import move_prim, refer
+from .surface_grippers import create_surface_gripper
 from .undo import Done, note
 from .xforms import put
 
@@ -422,6 +423,7 @@ _COMMANDS: dict[str, Callable[..., Any]] = {
     "IsaacSensorCreateLightBeamSensor": _light_beam,
     "RangeSensorCreatePrim": _range_sensor,
     "RangeSensorCreateLidar": _range_lidar,
+    "CreateSurfaceGripper": lambda prim_path="", **_: create_surface_gripper(app().stage, str(prim_path)),
     "DeletePrims": _delete,
     "CreatePrim": _create_prim,
     "CreatePrimWithDefaultXform": _create_prim,

@@ -1,4 +1,4 @@
-"""`isaacsim.robot.manipulators`: arms with a gripper of two fingers, and the Franka."""
+"""`isaacsim.robot.manipulators`: arms with a gripper of two fingers or of suction cups, and the Franka."""
 
 from __future__ import annotations
 
@@ -6,16 +6,18 @@ from typing import Any
 
 import numpy as np
 
-from graph.isaac.session import app
+from graph.isaac.outcomes import inert
+from graph.isaac.session import app, warn
 from graph.sim.usd import UsdGeom
 
 from .old_prims import SingleRigidPrim
 from .old_robots import Robot, SingleArticulation
 from .stage_old import add_reference_to_stage
 from .storage import get_assets_root_path
+from .surface_grippers import GripperStatus, acquire_surface_gripper_interface
 from .values import ArticulationAction
 
-__all__ = ["Franka", "Gripper", "ParallelGripper", "SingleManipulator"]
+__all__ = ["Franka", "Gripper", "ParallelGripper", "SingleManipulator", "SurfaceGripper"]
 FRANKA = "/Isaac/Robots/FrankaRobotics/FrankaPanda/franka.usd"
 
 
@@ -141,6 +143,57 @@ class ParallelGripper(Gripper):
         return action
 
 
+class SurfaceGripper(Gripper):
+    _dofs: int | None = None
+
+    def __init__(self, end_effector_prim_path: str, surface_gripper_path: str) -> None:
+        super().__init__(end_effector_prim_path)
+        self._gripper_path, self._interface = surface_gripper_path, acquire_surface_gripper_interface()
+
+    def initialize(self, physics_sim_view: Any = None, articulation_num_dofs: int | None = None) -> None:
+        super().initialize(physics_sim_view)
+        self._dofs = articulation_num_dofs
+        if self._default_state is None:
+            self._default_state = not self.is_closed()
+
+    def close(self) -> None:
+        if not self.is_closed():
+            self._interface.close_gripper(self._gripper_path)
+        if not self.is_closed():
+            warn("gripper-holds-nothing", self._gripper_path, "it did not close: nothing is within reach of its points")
+
+    def open(self) -> None:
+        self._interface.open_gripper(self._gripper_path)
+
+    @inert("isaacsim.robot.manipulators.grippers")
+    def update(self) -> None: ...
+
+    def is_closed(self) -> bool:
+        return self._interface.get_gripper_status(self._gripper_path) is GripperStatus.Closed
+
+    def is_open(self) -> bool:
+        return self._interface.get_gripper_status(self._gripper_path) is GripperStatus.Open
+
+    def set_default_state(self, opened: bool) -> None:
+        self._default_state = opened
+
+    def get_default_state(self) -> dict[str, Any]:
+        return {"opened": self._default_state}
+
+    def post_reset(self) -> None:
+        if self._default_state is not None:
+            (self.open if self._default_state else self.close)()
+
+    def forward(self, action: str) -> ArticulationAction:
+        """Opens or closes at once; the action leaves every joint as it is."""
+        if self._dofs is None:
+            raise Exception("initialize a SurfaceGripper with articulation_num_dofs before forward()")
+        if action not in ("open", "close"):
+            raise Exception(f"action {action} is not defined for SurfaceGripper")
+        getattr(self, action)()
+        return ArticulationAction(joint_positions=[None] * self._dofs)
+
+
 class _WithGripper(SingleArticulation):
     """An arm whose end effector is a rigid body, and its gripper if there is one."""
 
@@ -162,6 +215,8 @@ class _WithGripper(SingleArticulation):
         if isinstance(self._gripper, ParallelGripper):
             functions = (self.apply_action, self.get_joint_positions, self.set_joint_positions)
             self._gripper.initialize(*functions, self.dof_names, physics_sim_view)
+        elif isinstance(self._gripper, SurfaceGripper):
+            self._gripper.initialize(physics_sim_view, self.num_dof)
 
     def post_reset(self) -> None:
         super().post_reset()

@@ -516,17 +516,21 @@ class World(SimulationContext):
     def step(  # type: ignore[override]
         self, render: bool = True, step_sim: bool = True, update_fabric: bool = False
     ) -> None:
-        if self._built and step_sim:
-            for task in self._tasks.values():
-                task.pre_step(self.current_time_step_index, self.current_time)
         if step_sim:
+            self._before_step()
             super().step(render)
             self._logger.take(self)
         elif render:
             self.render()
 
-    async def step_async(self, step_size: float | None = None) -> None:
-        await self._after()
+    def _before_step(self) -> None:
+        for task in self._tasks.values() if self._built else ():
+            task.pre_step(self.current_time_step_index, self.current_time)
+
+    def step_async(self, step_size: float | None = None) -> None:
+        """What tasks and the logger do at a physics step: a physics callback, not a coroutine."""
+        self._before_step()
+        self._logger.take(self)
 
     def clear(self) -> None:
         self.scene.clear()

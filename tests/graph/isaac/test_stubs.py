@@ -13,9 +13,13 @@ TELLS = ("tell_inert", "warn")
 HOOK = "a subclass gives it a body"
 TRUE_HERE = "the value is true here"
 DONE = "the work is done when it is called"
+SETUPS = ("scene", "post_load", "pre_reset", "post_reset", "post_clear")
 REASONS = {
     "managers/simulation_setup.py:SimulationSetup.get_device": TRUE_HERE,
     "managers/simulation_setup.py:SimulationSetup.assets_loading": TRUE_HERE,
+    **{f"modules/base_samples.py:_Sample.setup_{one}": HOOK for one in SETUPS},
+    "modules/base_samples.py:BaseSample.world_cleanup": HOOK,
+    "modules/base_samples.py:PresentSample.physics_cleanup": HOOK,
     "modules/commands.py:Command.do": HOOK,
     "modules/physics_sensors.py:_Paced.initialize": DONE,
     "modules/sensor_prims.py:SensorPrim.author": HOOK,
@@ -38,6 +42,7 @@ REASONS = {
     "modules/og.py:Settings.__exit__": "its constructor says that it does nothing",
     "modules/old_prims.py:SingleXFormPrim.initialize": DONE,
     "modules/old_views.py:_View.initialize": DONE,
+    "modules/range_sensors.py:release_lidar_sensor_interface": "the interface has no state",
     "modules/replicator.py:Writer.on_final_frame": HOOK,
     "modules/robots.py:BaseController.reset": HOOK,
     "modules/robots.py:ExperimentalDifferentialController.reset": "it has no state",
@@ -45,6 +50,7 @@ REASONS = {
     "modules/sensor_interfaces.py:release_contact_sensor_interface": "the interface has no state",
     "modules/sensor_interfaces.py:release_imu_sensor_interface": "the interface has no state",
     "modules/stage.py:is_stage_loading": TRUE_HERE,
+    "modules/surface_grippers.py:release_surface_gripper_interface": "the interface has no state",
     "modules/timeline.py:acquire_timeline_interface": "the interface has no state",
     "modules/usd.py:UsdContext.get_name": TRUE_HERE,
     "modules/usd.py:UsdContext.can_open_stage": TRUE_HERE,
