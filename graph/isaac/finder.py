@@ -19,7 +19,7 @@ from graph.base.suggest import did_you_mean
 
 from .names import Names, home_of, names_of, public_names
 
-KIT = ("carb", "isaacsim", "omni", "usdrt")
+KIT = ("carb", "isaacsim", "omni", "usd", "usdrt")
 """Top-level packages that exist only in Kit."""
 ROS = ("rclpy", "sensor_msgs_py")
 """Those of ROS 2 that are here beside its messages."""
