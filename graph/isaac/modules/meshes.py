@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -20,12 +21,7 @@ class Mesh(Colored):
     def set_primitives(self, primitives: Any, *, indices: Any = None) -> None:
         chosen = numbers(indices, len(self))
         for one, name in zip(chosen, words(primitives, len(chosen)), strict=True):
-            points, counts, faces = _primitive(str(name))
-            mesh = UsdGeom.Mesh(self.prims[one])
-            mesh.CreatePointsAttr().Set([tuple(map(float, point)) for point in points])
-            mesh.CreateFaceVertexCountsAttr().Set(counts)
-            mesh.CreateFaceVertexIndicesAttr().Set(faces)
-            mesh.CreateSubdivisionSchemeAttr().Set("none")
+            author_mesh(UsdGeom.Mesh(self.prims[one]), str(name))
 
     @property
     def geoms(self) -> list[Any]:
@@ -141,17 +137,39 @@ def _flat(values: Any) -> np.ndarray:
     return np.asarray(array(values)).reshape(-1)
 
 
+def author_mesh(mesh: Any, name: str, size: float = 1.0) -> None:
+    """Authors a form, "Cube" or another, whose edge or diameter is `size` [stage units]."""
+    points, counts, faces = _primitive(name)
+    mesh.CreatePointsAttr().Set([tuple(map(float, point)) for point in points * size])
+    mesh.CreateFaceVertexCountsAttr().Set(counts)
+    mesh.CreateFaceVertexIndicesAttr().Set(faces)
+    mesh.CreateSubdivisionSchemeAttr().Set("none")
+
+
+def _torus(ring: float, tube: float, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """A ring about z: its points (count * count, 3), and two triangles for each of its cells, facing outwards."""
+    along, around = np.meshgrid(*[np.arange(count) * (2 * np.pi / count)] * 2, indexing="ij")
+    reach = ring + tube * np.cos(around)
+    points = np.stack([reach * np.cos(along), reach * np.sin(along), tube * np.sin(around)], axis=-1)
+    number = np.arange(count * count).reshape(count, count)
+    ahead, above = np.roll(number, -1, 0), np.roll(number, -1, 1)
+    both = np.roll(ahead, -1, 1)
+    cells = np.stack([number, ahead, both, number, both, above], axis=-1)
+    return points.reshape(-1, 3), cells.reshape(-1, 3)
+
+
 def _primitive(name: str) -> tuple[np.ndarray, list[int], list[int]]:
     """Points, counts and indices of a mesh with edge or diameter 1, from the tessellation of rays."""
     if name == "Plane":
         return np.array([(-0.5, -0.5, 0), (0.5, -0.5, 0), (0.5, 0.5, 0), (-0.5, 0.5, 0)]), [4], [0, 1, 2, 3]
     from graph.sim.geometry import tessellation
 
-    makers = {
+    makers: dict[str, Callable[[], Any]] = {
         "Cube": lambda: tessellation.cube(1.0),
         "Sphere": lambda: tessellation.sphere(0.5, 24),
         "Cylinder": lambda: tessellation.cylinder(0.5, 0.5, 1.0, "Z", 24),
         "Cone": lambda: tessellation.cylinder(0.5, 0.0, 1.0, "Z", 24),
+        "Torus": lambda: _torus(0.375, 0.125, 24),
         "Disk": lambda: tessellation.cylinder(0.5, 0.5, 1e-6, "Z", 24),
     }
     if name not in makers:

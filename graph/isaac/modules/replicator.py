@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from enum import Enum
+from itertools import count
 from typing import Any
 
 from graph.isaac.outcomes import inert, tell_inert
@@ -13,7 +15,9 @@ from sensors.annotators.annotator import Annotator as OurAnnotator
 from sensors.products import remove_product
 from sensors.writers import AnnotatedWriter, AttachedWriter
 
-from .replicator_prims import MISSING, Create, distribution, functional, modify, trigger
+from .replicator_draws import distribution, trigger, triggers
+from .replicator_prims import MISSING, Create, functional, modify
+from .replicator_random import get, new_layer, randomizer
 
 __all__ = [
     "Annotator",
@@ -25,9 +29,12 @@ __all__ = [
     "create",
     "distribution",
     "functional",
+    "get",
     "get_global_seed",
     "modify",
+    "new_layer",
     "orchestrator",
+    "randomizer",
     "set_global_seed",
     "settings",
     "trigger",
@@ -276,6 +283,8 @@ class _Orchestrator:
 
     def __init__(self) -> None:
         self._status = _Status.NOT_STARTED
+        self._looping = False
+        """Whether a call of `run` is counting its frames."""
 
     def step(
         self,
@@ -306,21 +315,67 @@ class _Orchestrator:
         await kit().next_update()
 
     def run(self, num_frames: int | None = None, start_timeline: bool = False) -> None:
+        """Captures a frame in each update until the triggers that end are over.
+
+        While the timeline does not play, and in a snippet, it captures all of them at once; else further updates do.
+        """
         self._start(start_timeline)
-        for _ in range(num_frames or 1):
-            kit().update()
+        run = RUN.get()
+        at_once = not app().timeline.is_playing() or (run is not None and run.from_editor)
+        for _ in self._frames(num_frames, whole=at_once):
+            self._capture()
 
     async def run_async(self, num_frames: int | None = None, start_timeline: bool = False) -> None:
         self._start(start_timeline)
-        for _ in range(num_frames or 1):
-            await kit().next_update()
+        for _ in self._frames(num_frames, whole=not app().timeline.is_playing()):
+            await self._capture_async()
 
-    run_until_complete = run
-    run_until_complete_async = run_async
+    def run_until_complete(self, num_frames: int | None = None, start_timeline: bool = False) -> None:
+        self._start(start_timeline)
+        for _ in self._frames(num_frames):
+            self._capture()
+        self._turn(_Status.STOPPED)
+
+    async def run_until_complete_async(self, num_frames: int | None = None, start_timeline: bool = False) -> None:
+        self._start(start_timeline)
+        for _ in self._frames(num_frames):
+            await self._capture_async()
+        self._turn(_Status.STOPPED)
+
+    def _frames(self, most: int | None, *, whole: bool = True) -> Iterator[int]:
+        """Counts frames: `most`; or, if `whole`, until the triggers that end are over; else one."""
+        whole = whole and most is None and triggers().finite
+        self._looping = True
+        try:
+            for number in count():
+                if (triggers().over if whole else number >= (most or 1)) or not self.get_is_started():
+                    return
+                yield number
+        finally:
+            self._looping = False
+            app().rendering.stepped = self.get_is_started() and not triggers().over
+
+    def _capture(self) -> None:
+        """One frame, of the world at rest unless the timeline plays."""
+        if app().timeline.is_playing():
+            kit().update()
+        else:
+            self.step(delta_time=0.0)
+
+    async def _capture_async(self) -> None:
+        if app().timeline.is_playing():
+            await kit().next_update()
+        else:
+            await self.step_async(delta_time=0.0)
+
+    def _end_if_over(self) -> None:
+        if self._status is _Status.STARTED and triggers().over and not self._looping:
+            self._turn(_Status.STOPPED)
 
     def _start(self, start_timeline: bool) -> None:
         if start_timeline:
             app().play()
+        kit().singleton(_Orchestrator, lambda: app().on("end", self._end_if_over))
         self._turn(_Status.STARTED)
 
     def _turn(self, status: _Status) -> None:
@@ -356,11 +411,11 @@ orchestrator = _Orchestrator()
 
 
 def set_global_seed(seed: int) -> None:
-    tell_inert("omni.replicator.core.set_global_seed")
+    triggers().seed = int(seed)
 
 
 def get_global_seed() -> int:
-    return app().seed
+    return triggers().seed
 
 
 class settings:  # noqa: N801
@@ -383,4 +438,5 @@ class utils:  # noqa: N801
     def send_og_event(event_name: str) -> None:
         from graph.session.runner import graphs_of
 
+        triggers().events.add(event_name)
         graphs_of(app()).context.events.send(f"bus:{event_name}", update=app().update_index)

@@ -1,4 +1,4 @@
-"""`create`, `modify` and `functional` of `omni.replicator.core`: prims with given values, nothing drawn at random."""
+"""`create`, `modify` and `functional` of `omni.replicator.core`: prims with given or drawn values."""
 
 from __future__ import annotations
 
@@ -9,16 +9,17 @@ import numpy as np
 
 from graph.isaac.outcomes import Refusing, UnsupportedError
 from graph.isaac.session import app
-from graph.sim.usd import Usd, UsdGeom, UsdPhysics
+from graph.sim.usd import Usd, UsdGeom, UsdPhysics, UsdShade
 
 from . import prim_utils
+from .meshes import author_mesh
+from .replicator_draws import CORE, drawn, each_frame, is_random
 from .stage import generate_next_free_path, refer
 from .transforms import euler_angles_to_quat, look_at_quaternion
+from .visual_materials import OmniPbrMaterial
 from .xforms import put, world_parts
 
-CORE = "omni.replicator.core"
-RANDOM = "values are not drawn at random here; give a value, or draw it with numpy and set it before each step"
-EACH_FRAME = "graphs of randomizers are not here; change the prims in Python before each orchestrator.step()"
+RANDOM = "it is not here; draw a value with numpy and set it before each step"
 MISSING = "it is not here; author the prims with pxr or isaacsim.core.experimental.objects"
 LIGHTS = ("Distant", "Dome", "Sphere", "Rect", "Disk", "Cylinder")
 KINDS: dict[str, tuple[str, dict[str, float]]] = {
@@ -27,12 +28,16 @@ KINDS: dict[str, tuple[str, dict[str, float]]] = {
     "cylinder": ("Cylinder", {"radius": 0.5, "height": 1.0}),
     "cone": ("Cone", {"radius": 0.5, "height": 1.0}),
     "plane": ("Plane", {}),
+    "disk": ("Disk", {}),
+    "torus": ("Torus", {}),
     "xform": ("Xform", {}),
     "scope": ("Scope", {}),
     "camera": ("Camera", {}),
     **{f"{kind.lower()}_light": (f"{kind}Light", {}) for kind in LIGHTS},
 }
 """Each call's type of prim, and the sizes [m] of a shape of scale 1."""
+MESHES = ("Plane", "Disk", "Torus")
+"""Types that become meshes, because USD has no such prims."""
 ATTRIBUTES = {
     **{name: f"inputs:{name}" for name in ("intensity", "exposure", "color", "radius", "angle", "length")},
     "temperature": "inputs:colorTemperature",
@@ -46,6 +51,15 @@ ATTRIBUTES = {
     "clipping_range": "clippingRange",
 }
 """Arguments of lights and cameras, and the attributes that they set."""
+SURFACES = {
+    "diffuse": "diffuse_color_constant",
+    "roughness": "reflection_roughness_constant",
+    "metallic": "metallic_constant",
+    "emissive_color": "emissive_color",
+    "emissive_intensity": "emissive_intensity",
+    "diffuse_texture": "diffuse_texture",
+}
+"""Arguments of OmniPBR materials, and the inputs that they set."""
 DEFAULTS: dict[str, dict[str, Any]] = {"camera": {"clipping_range": (1.0, 1e6)}, "light": {"intensity": 1000.0}}
 
 
@@ -67,6 +81,11 @@ class Items:
     def GetPath(self) -> Any:
         return self.targets[0].GetPath()
 
+    @property
+    def node(self) -> Items:
+        """Itself: randomizers of scripts return the node of what they change."""
+        return self
+
     def get_output_prims(self) -> dict[str, list[Any]]:
         return {"prims": list(self.prims)}
 
@@ -79,17 +98,13 @@ def make(call: str, path: str, options: dict[str, Any]) -> Any:
     known = {name: value for name, value in options.items() if name in ATTRIBUTES}
     if left := sorted(options.keys() - known):
         raise UnsupportedError(f"{CORE}: {call}({left[0]}=...): {MISSING}")
-    prim = stage.DefinePrim(path, "Mesh" if kind == "Plane" else kind)
-    if kind == "Plane":
-        mesh, half = UsdGeom.Mesh(prim), 0.5 / unit
-        mesh.CreatePointsAttr([(-half, -half, 0), (half, -half, 0), (half, half, 0), (-half, half, 0)])
-        mesh.CreateFaceVertexCountsAttr([4])
-        mesh.CreateFaceVertexIndicesAttr([0, 1, 2, 3])
-        mesh.CreateSubdivisionSchemeAttr("none")
+    prim = stage.DefinePrim(path, "Mesh" if kind in MESHES else kind)
+    if kind in MESHES:
+        author_mesh(UsdGeom.Mesh(prim), kind, 1.0 / unit)
     for name, size in sizes.items():
         prim.GetAttribute(name).Set(size / unit)
     for name, value in known.items():
-        set_attribute(prim, ATTRIBUTES[name], value)
+        set_attribute(prim, ATTRIBUTES[name], drawn(value))
     if "temperature" in known:
         prim.GetAttribute("inputs:enableColorTemperature").Set(True)
     return prim
@@ -150,7 +165,7 @@ POSE = ("position", "rotation", "scale", "look_at", "look_at_up_axis")
 
 def _posed(prim: Any, options: dict[str, Any]) -> dict[str, Any]:
     """Sets the pose of a new prim; gives the options that are left."""
-    given = {name: options.pop(name) for name in POSE if name in options}
+    given = {name: drawn(options.pop(name)) for name in POSE if name in options}
     if given:
         pose(prim, **given)
     return options
@@ -194,27 +209,70 @@ class Create(Refusing):
     """`create.cube(position=..., semantics=[("class", "cube")])`: /Replicator/Cube_Xform/Cube."""
 
     def __getattr__(self, name: str) -> Any:
-        return self._maker(name) if name in (*KINDS, "light") else super().__getattr__(name)
+        return self._maker(name) if name in (*KINDS, "light", "from_usd") else super().__getattr__(name)
+
+    def material_omnipbr(self, count: int = 1, **options: Any) -> Items:
+        """Materials of OmniPBR, with the colour, roughness and metallic that are given or drawn."""
+        given = {name: value for name, value in options.items() if value is not None}
+        if left := sorted(given.keys() - SURFACES.keys() - {"semantics"}):
+            raise UnsupportedError(f"{CORE}: create.material_omnipbr({left[0]}=...): {MISSING}")
+        paths = [generate_next_free_path("/Replicator/Looks/OmniPBR", prepend_default_prim=False)]
+        paths += [f"{paths[0]}_{number}" for number in range(1, count)]
+        made = OmniPbrMaterial(paths)
+
+        def set_inputs() -> None:
+            for name in given.keys() & SURFACES.keys():
+                for number in range(count):
+                    made.set_input_values(SURFACES[name], drawn(given[name]), indices=[number])
+
+        set_inputs()
+        if is_random(given.values()):
+            each_frame(set_inputs, now=False)
+        return Items(made.prims, made.prims)
 
     def _maker(self, call: str) -> Callable[..., Items]:
         def new(*, count: int = 1, name: str | None = None, parent: Any = None, **options: Any) -> Items:
             given = {key: value for key, value in options.items() if value is not None}
             kind = f"{str(given.pop('light_type', 'distant')).lower()}_light" if call == "light" else call
+            address = drawn(given.pop("usd", None)) if call == "from_usd" else None
+            kind = "xform" if call == "from_usd" else kind
             if kind not in KINDS:
                 raise ValueError(f"light_type {kind.removesuffix('_light')!r} is not one of {', '.join(LIGHTS)}")
             semantics = given.pop("semantics", None)
+            visible, material = given.pop("visible", None), prims_of(given.pop("material", []))
             placed = {key: given.pop(key) for key in POSE if key in given}
             under = "/Replicator" if parent is None else str(prims_of(parent)[0].GetPath()).rstrip("/")
             places, targets = [], []
             for _ in range(count):
                 path = generate_next_free_path(f"{under}/{KINDS[kind][0]}_Xform", prepend_default_prim=False)
                 places.append(app().stage.DefinePrim(path, "Xform"))
-                targets.append(make(kind, f"{path}/{name or KINDS[kind][0]}", dict(given)))
+                own = name or (KINDS[kind][0] if address is None else "Ref")
+                targets.append(make(kind, f"{path}/{own}", dict(given)))
+                if address is not None:
+                    refer(targets[-1], address)
+                if visible is not None:
+                    functional.modify.visibility(targets[-1:], visible)
+                if material:
+                    UsdShade.MaterialBindingAPI.Apply(targets[-1]).Bind(UsdShade.Material(material[0]))
                 _posed(places[-1], dict(placed))
                 label(targets[-1], semantics)
+
+            def draw_again() -> None:
+                for place, target in zip(places, targets, strict=True):
+                    if is_random(placed.values()):
+                        _posed(place, dict(placed))
+                    for key in (key for key in given if is_random([given[key]])):
+                        set_attribute(target, ATTRIBUTES[key], drawn(given[key]))
+
+            if is_random((*placed.values(), *given.values())):
+                each_frame(draw_again, now=False)
             return Items(places, targets)
 
-        return new
+        if call != "from_usd":
+            return new
+        return lambda usd, *, semantics=None, count=1, **options: new(
+            usd=usd, semantics=semantics, count=count, **options
+        )
 
     def group(self, items: Any, semantics: Any = None, name: str | None = None) -> Items:
         prims = prims_of(items)
@@ -227,28 +285,47 @@ class Modify(Refusing):
     """`with items: modify.pose(position=...)`."""
 
     @staticmethod
-    def _prims(given: Any = None) -> list[Any]:
+    def chosen(given: Any = None) -> list[Any]:
+        """The prims of the innermost `with items:`, or the given ones."""
         if given is None and not Items.chosen:
             raise ValueError(f"{CORE}.modify: call it inside `with items:`, or give input_prims")
         return prims_of(Items.chosen[-1] if given is None else given)
 
     def pose(self, position: Any = None, rotation: Any = None, scale: Any = None, **options: Any) -> None:
         given = {key: value for key, value in options.items() if value is not None}
-        for prim in self._prims(given.pop("input_prims", None)):
-            pose(prim, position, rotation, scale, **given)
+        prims = self.chosen(given.pop("input_prims", None))
+        given.update(position=position, rotation=rotation, scale=scale)
+
+        def act() -> None:
+            for prim in prims:
+                pose(prim, **{key: drawn(value) for key, value in given.items()})
+
+        each_frame(act)
 
     def semantics(self, semantics: Any = None, input_prims: Any = None, mode: str = "add") -> None:
-        for prim in self._prims(input_prims):
+        for prim in self.chosen(input_prims):
             label(prim, semantics, mode)
 
     def attribute(self, name: str, value: Any, attribute_type: Any = None, input_prims: Any = None) -> None:
-        for prim in self._prims(input_prims):
-            holder = next((one for one in (prim, *prim.GetChildren()) if one.GetAttribute(name)), prim)
-            holder = next((one for one in (holder, *prim.GetChildren()) if one.GetAttribute(f"inputs:{name}")), holder)
-            set_attribute(holder, name, value)
+        prims = self.chosen(input_prims)
 
-    def visibility(self, value: bool | None = None, input_prims: Any = None) -> None:
-        functional.modify.visibility(self._prims(input_prims), value)
+        def act() -> None:
+            for prim in prims:
+                near = (prim, *prim.GetChildren())
+                holder = next((one for one in near if one.GetAttribute(name)), prim)
+                holder = next((one for one in (holder, *near) if one.GetAttribute(f"inputs:{name}")), holder)
+                set_attribute(holder, name, drawn(value))
+
+        each_frame(act)
+
+    def visibility(self, value: Any = None, input_prims: Any = None) -> None:
+        prims = self.chosen(input_prims)
+
+        def act() -> None:
+            for prim in prims:
+                functional.modify.visibility([prim], drawn(value))
+
+        each_frame(act)
 
 
 class FunctionalModify(Refusing):
@@ -305,5 +382,3 @@ class Functional(Refusing):
 
 functional = Functional(f"{CORE}.functional", MISSING)
 modify = Modify(f"{CORE}.modify", MISSING)
-distribution = Refusing(f"{CORE}.distribution", RANDOM)
-trigger = Refusing(f"{CORE}.trigger", EACH_FRAME)

@@ -225,10 +225,14 @@ app.close()
 @pytest.mark.parametrize(
     ("line", "message"),
     [
-        ("rep.distribution.uniform((0, 0, 0), (1, 1, 1))", "distribution.uniform: values are not drawn at random here"),
-        ("rep.trigger.on_frame()", "trigger.on_frame: graphs of randomizers are not here"),
-        ("rep.functional.randomizer.display_color([])", "randomizer.display_color: values are not drawn at random"),
-        ("rep.create.material_omnipbr()", "create.material_omnipbr: it is not here"),
+        ("rep.distribution.poisson(3)", "distribution.poisson: this distribution is not here; use uniform"),
+        ("rep.distribution.normal((0, 0), (1, -1))", "the standard deviation is below 0"),
+        ("rep.trigger.on_condition()", "trigger.on_condition: this trigger is not here; use on_frame"),
+        ("rep.trigger.on_time(0)", "interval 0 s; give a time above 0"),
+        ("rep.randomizer.scatter_2d([])", "randomizer.scatter_2d: this randomizer is not here; modify.pose"),
+        ("rep.functional.randomizer.display_color([])", "randomizer.display_color: it is not here; draw a value"),
+        ("rep.create.material_mdl()", "create.material_mdl: it is not here"),
+        ("rep.create.material_omnipbr(bump=1.0)", "material_omnipbr(bump=...): it is not here"),
         ("rep.functional.create.cube(material='x')", "cube(material=...): it is not here"),
         ("rep.create.light(light_type='laser')", "light_type 'laser' is not one of Distant"),
     ],
