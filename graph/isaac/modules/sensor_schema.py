@@ -6,6 +6,8 @@ import re
 from types import SimpleNamespace
 from typing import Any
 
+from .own_schemas import OwnSchema, applied, take_own_schemas
+
 
 class _Schema:
     """A prim, with `GetXAttr` and `CreateXAttr` for each attribute of its schema."""
@@ -55,9 +57,29 @@ def _schemas(base: str, *kinds: str) -> dict[str, Any]:
     return {name: type(name, (_Schema,), {"kinds": types}) for name, types in stands_for.items()}
 
 
+class _Api(OwnSchema):
+    """An API schema without attributes."""
+
+    def __init__(self, prim: Any = None) -> None:
+        self._prim = prim
+
+    @classmethod
+    def Apply(cls, prim: Any) -> Any:
+        prim.AddAppliedSchema(cls.name)
+        return cls(prim)
+
+    def GetPrim(self) -> Any:
+        return self._prim
+
+    def __bool__(self) -> bool:
+        return self.name in applied(self._prim)
+
+
+take_own_schemas()
 IsaacSensorSchema = SimpleNamespace(
     **_schemas(
         *("IsaacBaseSensor", "IsaacContactSensor", "IsaacImuSensor", "IsaacLightBeamSensor", "IsaacRaycastSensor")
-    )
+    ),
+    **{name: type(name, (_Api,), {"name": name}) for name in ("IsaacRtxLidarSensorAPI", "IsaacRtxRadarSensorAPI")},
 )
 RangeSensorSchema = SimpleNamespace(**_schemas("RangeSensor", "Lidar"))

@@ -3,11 +3,12 @@
 from importlib import import_module
 
 import pytest
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdPhysics
 
 import graph.isaac
 from graph.isaac.modules import robot_schema as schema
 from graph.isaac.modules import robot_schema_utils as utils
+from graph.isaac.modules.sensor_schema import IsaacSensorSchema
 from graph.sim import App
 
 LINKS, JOINTS = "isaac:physics:robotLinks", "isaac:physics:robotJoints"
@@ -208,3 +209,23 @@ def test_a_named_pose_gives_its_links_joints_and_values(stage, arm):
     assert utils.GetNamedPoseJoints(pose) == ["/arm/base_a", "/arm/a_b"]
     assert utils.GetNamedPoseJointValues(pose) == [0.5, -0.25]
     assert utils.GetNamedPoseValid(pose) is True
+
+
+def test_sensor_prims_have_the_types_and_fallbacks_of_the_original(stage):
+    for name, kind in (("RangeSensorLidar", "Lidar"), ("IsaacSensorIsaacImuSensor", "IsaacImuSensor")):
+        prim = stage.DefinePrim(f"/{kind}", kind)
+        assert prim.IsA(Tf.Type.FindByName(name))
+        assert prim.IsA(UsdGeom.Xformable)
+    contact = stage.DefinePrim("/contact", "IsaacContactSensor")
+    assert contact.GetAttribute("threshold").Get() == Gf.Vec2f(0.01, 100000.0)
+    assert contact.GetAttribute("sensorPeriod").Get() == pytest.approx(0.0025)
+
+
+def test_an_old_scene_marks_a_camera_as_a_lidar(stage):
+    camera = stage.DefinePrim("/camera", "Camera")
+    made = IsaacSensorSchema.IsaacRtxLidarSensorAPI.Apply(camera)
+    assert made.GetPrim() == camera
+    assert camera.GetAppliedSchemas() == ["IsaacRtxLidarSensorAPI"]
+    assert camera.HasAPI(IsaacSensorSchema.IsaacRtxLidarSensorAPI)
+    assert not camera.HasAPI(IsaacSensorSchema.IsaacRtxRadarSensorAPI)
+    assert not IsaacSensorSchema.IsaacRtxRadarSensorAPI(camera)
