@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-PERSPECTIVE = "/OmniverseKit_Persp"
+from nodes.isaac.viewports import PERSPECTIVE
+
 FOCAL_LENGTH = 18.147562
 """Of the perspective camera [tenths of a stage unit]: 60 degrees across its aperture."""
 CAMERAS = {

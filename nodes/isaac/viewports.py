@@ -17,6 +17,9 @@ DEFAULT = "Viewport"
 
 SIZE = (1280, 720)
 
+PERSPECTIVE = "/OmniverseKit_Persp"
+"""The camera of a viewport that was given none, on stages that have it: those of `graph exec`."""
+
 
 @dataclass(slots=True)
 class Viewport:
@@ -58,7 +61,11 @@ def product_of(app: App, viewport: Viewport) -> Any:
     from sensors.products import place_product
 
     product = app.rendering.products.get(viewport.path)
-    return product or place_product(app.world, viewport.path, viewport.camera, viewport.size)
+    if product is not None and (product.camera_path or not app.stage.GetPrimAtPath(PERSPECTIVE)):
+        return product
+    if not viewport.camera and app.stage.GetPrimAtPath(PERSPECTIVE):
+        viewport.camera = PERSPECTIVE
+    return place_product(app.world, viewport.path, viewport.camera, viewport.size)
 
 
 def named_viewport(db: Database) -> Viewport | None:
@@ -113,7 +120,7 @@ def create_viewport(db: Database) -> None:
     },
 )
 def get_viewport_render_product(db: Database) -> bool:
-    """Find a viewport's render product; it renders nothing until a camera is set on it."""
+    """Find a viewport's render product; it renders the perspective camera, if there is one, until another is set."""
     viewport = named_viewport(db)
     if viewport is None:
         return False

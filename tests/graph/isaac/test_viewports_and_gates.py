@@ -55,6 +55,35 @@ timeline = omni.timeline.get_timeline_interface()
 """
 
 
+def test_a_viewport_without_a_camera_of_its_own_shows_the_perspective(run_script):
+    code, out, err = run_script(
+        """from isaacsim import SimulationApp
+app = SimulationApp({"headless": True})
+import omni.graph.core as og, omni.timeline, omni.usd
+from pxr import UsdRender
+keys = og.Controller.Keys
+og.Controller.edit(
+    {"graph_path": "/G", "evaluator_name": "execution"},
+    {
+        keys.CREATE_NODES: [
+            ("tick", "omni.graph.action.OnPlaybackTick"),
+            ("product", "isaacsim.core.nodes.IsaacGetViewportRenderProduct"),
+        ],
+        keys.CONNECT: [("tick.outputs:tick", "product.inputs:execIn")],
+    },
+)
+omni.timeline.get_timeline_interface().play()
+app.update()
+stage = omni.usd.get_context().get_stage()
+product = UsdRender.Product(stage.GetPrimAtPath(og.Controller.get("/G/product.outputs:renderProductPath")))
+print(product.GetCameraRel().GetTargets(), product.GetResolutionAttr().Get())
+app.close()
+"""
+    )
+    assert code == 0, err
+    assert out.splitlines() == ["[Sdf.Path('/OmniverseKit_Persp')] (1280, 720)"]
+
+
 @pytest.mark.parametrize("name", ["", "Second"])
 def test_a_viewport_of_nodes_is_the_one_that_a_script_finds_by_its_name(name, run_script):
     code, out, err = run_script(
