@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import time
 from collections.abc import Callable
 from functools import cache
 from types import SimpleNamespace
@@ -10,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from graph.isaac.kit import LAST
 from graph.isaac.session import RUN, app, kit
 from graph.sim.messages.ros_types import fields, known, message_type
 
@@ -35,6 +37,8 @@ __all__ = [
 _NUMBERS = {"float32", "float64", "int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64", "bool"}
 _BASE, _NAME = 1, 2
 _ON: list[bool] = [False]
+_PAUSE = 0.01
+"""How long a turn of a thread that spins takes [s]."""
 
 
 class Message:
@@ -120,6 +124,9 @@ class Node:
         self._name, self._space = node_name, namespace.strip("/")
         self._heard: list[tuple[Any, Callable[[Any], Any]]] = []
         self._timers: list[list[Any]] = []
+        self._end_following: Callable[[], Any] | None = None
+        self.spins_behind = False
+        """Whether a thread spins it: its callbacks then come at the end of every update, so that runs repeat."""
 
     def get_name(self) -> str:
         return self._name
@@ -140,6 +147,7 @@ class Node:
         depth = qos_profile if isinstance(qos_profile, int) else getattr(qos_profile, "depth", 10)
         queue = app().bus.listen(self._topic(topic), msg_type._type, depth=depth, owner=f"rclpy {self._name}")
         self._heard.append((queue, callback))
+        self._follow_updates()
         return queue
 
     def destroy_subscription(self, subscription: Any) -> bool:
@@ -163,6 +171,7 @@ class Node:
     def create_timer(self, timer_period_sec: float, callback: Callable[[], Any], **_: Any) -> Any:
         held = [float(timer_period_sec), callback, float(app().simulation.time) + float(timer_period_sec)]
         self._timers.append(held)
+        self._follow_updates()
         return SimpleNamespace(cancel=lambda: self._timers.remove(held) if held in self._timers else None)
 
     def get_clock(self) -> Any:
@@ -174,7 +183,19 @@ class Node:
             info=log.info, warn=log.warning, warning=log.warning, error=log.error, debug=log.debug, fatal=log.error
         )
 
+    def _follow_updates(self) -> None:
+        if self._end_following is None:
+            self._end_following = app().on("end", self._updated, LAST)
+
+    def _updated(self) -> None:
+        if self.spins_behind and _ON[0]:
+            self.handle()
+
     def destroy_node(self) -> bool:
+        self.spins_behind = False
+        if self._end_following is not None:
+            self._end_following()
+            self._end_following = None
         for queue, _ in self._heard:
             app().bus.unlisten(queue)
         self._heard, self._timers = [], []
@@ -208,14 +229,25 @@ def ok(*_: Any, **__: Any) -> bool:
 
 
 def spin_once(node: Node, *_: Any, timeout_sec: Any = None, **__: Any) -> None:
+    if RUN.get() is None:
+        _spin_behind(node)
+        time.sleep(_PAUSE)
+        return
     node.handle()
 
 
 def spin(node: Node, *_: Any) -> None:
     run = RUN.get()
+    if run is None:
+        _spin_behind(node)
     while _ON[0] and run is not None and not run.over():
         kit().update()
         node.handle()
+
+
+def _spin_behind(node: Node) -> None:
+    """What spinning in a thread of the script's own does: such a thread does not call back, the updates do."""
+    node.spins_behind = True
 
 
 class SingleThreadedExecutor:
@@ -228,13 +260,15 @@ class SingleThreadedExecutor:
 
     def spin_once(self, timeout_sec: Any = None) -> None:
         for node in self._nodes:
-            node.handle()
+            spin_once(node, timeout_sec=timeout_sec)
 
     def spin(self) -> None:
         for node in self._nodes:
             spin(node)
 
     def shutdown(self, *_: Any) -> None:
+        for node in self._nodes:
+            node.spins_behind = False
         self._nodes.clear()
 
 

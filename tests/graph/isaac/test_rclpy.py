@@ -1,5 +1,7 @@
 """`graph exec --rclpy`: a script's own ROS 2 node, over the message bus."""
 
+import pytest
+
 SCRIPT = """from isaacsim import SimulationApp
 app = SimulationApp()
 import rclpy
@@ -128,4 +130,65 @@ app.close()
         "[1, 1, 0]",
         "[('/clock', ['rosgraph_msgs/msg/Clock']), ('/cmd_vel', ['geometry_msgs/msg/Twist']), "
         "('/text', ['std_msgs/msg/String'])]",
+    ]
+
+
+THREAD = """from isaacsim import SimulationApp
+app = SimulationApp()
+import threading
+import rclpy
+from rclpy.executors import MultiThreadedExecutor
+from rosgraph_msgs.msg import Clock
+import omni.graph.core as og
+import omni.timeline
+keys = og.Controller.Keys
+og.Controller.edit({"graph_path": "/G", "evaluator_name": "execution"}, {
+    keys.CREATE_NODES: [
+        ("tick", "omni.graph.action.OnPlaybackTick"),
+        ("time", "isaacsim.core.nodes.IsaacReadSimulationTime"),
+        ("clock", "isaacsim.ros2.bridge.ROS2PublishClock"),
+    ],
+    keys.CONNECT: [
+        ("tick.outputs:tick", "clock.inputs:execIn"),
+        ("time.outputs:simulationTime", "clock.inputs:timeStamp"),
+    ],
+})
+rclpy.init()
+node = rclpy.create_node("listener")
+stamps, ticks = [], []
+node.create_subscription(Clock, "clock", lambda m: stamps.append(m.clock.nanosec), 10)
+node.create_timer(0.03, lambda: ticks.append(len(stamps)))
+executor = MultiThreadedExecutor()
+executor.add_node(node)
+thread = threading.Thread(target=SPIN, daemon=True)
+thread.start()
+thread.join()
+omni.timeline.get_timeline_interface().play()
+for _ in range(3):
+    app.update()
+    print(stamps, ticks)
+STOP
+app.update()
+print(len(stamps))
+app.close()
+"""
+
+
+@pytest.mark.parametrize(
+    ("spin", "stop"),
+    [
+        ("executor.spin", "executor.shutdown()"),
+        ("lambda: rclpy.spin(node)", "rclpy.shutdown()"),
+        ("lambda: rclpy.spin_once(node)", "node.destroy_node()"),
+    ],
+)
+def test_a_node_that_a_thread_spins_is_called_back_at_the_end_of_each_update(spin, stop, run_script):
+    code, out, err = run_script(THREAD.replace("SPIN", spin).replace("STOP", stop), "--rclpy")
+    assert code == 0, err
+    # The timer's 30 ms are over with the second update, at 33.3 ms, whose stamp comes first.
+    assert out.splitlines() == [
+        "[16666667] []",
+        "[16666667, 33333333] [2]",
+        "[16666667, 33333333, 50000000] [2]",
+        "3",
     ]
