@@ -9,9 +9,8 @@ import numpy as np
 
 from graph.isaac.outcomes import tell_inert
 from graph.isaac.session import app, kit
-from graph.isaac.viewports import PERSPECTIVE
 from graph.sim.usd import Gf, Sdf, Usd, UsdGeom
-from nodes.isaac.viewports import DEFAULT, SIZE, open_viewport, viewports_of
+from nodes.isaac.viewports import DEFAULT, PERSPECTIVE, SIZE, open_viewport, viewports_of
 from sensors.products import place_product
 
 from .transforms import look_at_quaternion, rotation_order

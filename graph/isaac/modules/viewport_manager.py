@@ -10,9 +10,9 @@ import numpy as np
 
 from graph.isaac.results import array
 from graph.isaac.session import app, kit
-from graph.isaac.viewports import PERSPECTIVE
 from graph.sim.transforms import quaternion
 from graph.sim.usd import Gf, UsdGeom, UsdRender
+from nodes.isaac.viewports import PERSPECTIVE
 
 from .prim_utils import get_prim_path
 from .viewport import ViewportAPI, edited, get_active_viewport, opened, put_camera, viewports
