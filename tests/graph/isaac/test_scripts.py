@@ -299,12 +299,15 @@ app.close()
     assert "script.py:5: omni.ui.Window" in err
 
 
+FRANKA = "isaacsim.robot.manipulators.examples.franka.controllers"
+
+
 @pytest.mark.parametrize(
     ("line", "message"),
     [
         ("import isaacsim.cortex.framework.df as df\ndf.DfNetwork()", "Cortex is not here"),
-        ("from isaacsim.robot.manipulators.grippers import SurfaceGripper\nSurfaceGripper()", "the node isaacsim."),
-        ("import omni.replicator.core as rep\nrep.randomizer.color()", "scene randomizers are not here"),
+        (f"from {FRANKA} import RMPFlowController\nRMPFlowController()", "motion generation is not here"),
+        ("import omni.replicator.core as rep\nrep.randomizer.scatter_2d()", "this randomizer is not here"),
         ("import omni.usd\nomni.usd.get_contex()", "did you mean"),
         ("from omni.usd import nothing", "cannot import name"),
         ("import omni.no_such_thing", "No module named 'omni.no_such_thing'"),
