@@ -40,8 +40,6 @@ FAN = np.linspace(-60.0, 60.0, 25)
 """Azimuths [deg]."""
 MASSES = tuple(10.0**power for power in (-6, -3, 0, 3, 6, 9))
 
-Measure = Callable[[Any], float | str]
-
 
 @dataclass(frozen=True, slots=True)
 class Case:
@@ -57,7 +55,7 @@ class Case:
     bound: float | str
     unit: str
     why: str
-    measure: Measure
+    measure: Callable[[Any], float | str]
     over: tuple[Any, ...] = (None,)
     slow: bool = False
 
@@ -76,7 +74,7 @@ class Case:
         return max((self._at(value) for value in self.over), key=lambda one: (not one.ok, one.error))
 
     def _at(self, value: Any) -> Outcome:
-        where = "" if value is None else f" at {_word(value)}"
+        where = "" if value is None else f" at {value:g}" if isinstance(value, float) else f" at {value}"
         try:
             found = self.measure(value)
         except Exception as error:  # one defect must not end the table
@@ -85,8 +83,8 @@ class Case:
             ok = isinstance(self.bound, str) and self.bound in found and "\n" not in found
             return Outcome(self, "reported" if ok else f"{found or 'taken without a word'}{where}", ok, 0.0)
         ok = not isinstance(self.bound, str) and found <= self.bound
-        at = where if len(self.over) > 1 and found else ""
-        return Outcome(self, f"{shown(found, self.unit)}{at}", ok, math.inf if math.isnan(found) else found)
+        told = shown(found, self.unit) + (where if len(self.over) > 1 and found else "")
+        return Outcome(self, told, ok, math.inf if math.isnan(found) else found)
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,10 +102,6 @@ def shown(value: float, unit: str) -> str:
     return f"{value:.2g} {unit}".rstrip()
 
 
-def _word(value: Any) -> str:
-    return f"{value:g}" if isinstance(value, float) else str(value)
-
-
 def refusal(act: Callable[[], Any]) -> str:
     """The message with which an action is refused; empty if it is not."""
     try:
@@ -119,26 +113,18 @@ def refusal(act: Callable[[], Any]) -> str:
 
 def outcomes(cases: Iterable[Case]) -> Iterator[Outcome]:
     """Runs cases, one after the other; what they warn of is not shown."""
-    with _silence():
+    logging.disable(logging.CRITICAL)
+    try:
         for case in cases:
             yield case.run()
+    finally:
+        logging.disable(logging.NOTSET)
 
 
 def row(outcome: Outcome) -> tuple[str, str, str, str, str]:
     """The cells of an outcome, as the table has them."""
     case = outcome.case
     return case.area, case.name, case.limit, outcome.measured, case.why
-
-
-@contextmanager
-def _silence() -> Iterator[None]:
-    log = logging.getLogger("tickgraph")
-    before = log.level
-    log.setLevel(logging.CRITICAL)
-    try:
-        yield
-    finally:
-        log.setLevel(before)
 
 
 @contextmanager
@@ -217,8 +203,7 @@ def fall(hz: int, start: Any, metre: float = 1.0, steps: int = 0) -> float:
     """How far a fall of 1 s, or of so many steps, is from g dt^2 n (n + 1) / 2, that of the method [m]."""
     steps, stage = steps or hz, open_stage()
     stage.SetMetadata("metersPerUnit", 1 / metre)
-    prims = {"/Box": body(0.5 * metre, np.asarray(start) * metre)}
-    with playing(prims, hz, stage=stage) as app:
+    with playing({"/Box": body(0.5 * metre, np.asarray(start) * metre)}, hz, stage=stage) as app:
         assert app.physics is not None
         before = float(app.physics.positions[0, 2])
         app.physics.step(steps)
@@ -242,14 +227,13 @@ def at_rest(offset: float) -> float:
 
 def alone(mass: float = 1.0, hz: int = 240, seconds: float = 2.0, size: float = 0.5) -> float:
     """A box on the ground."""
-    place = np.array([0, 0, size / 2])
-    return rest({**GROUND, "/Box": body(size, place, mass=mass)}, place, hz, seconds)
+    return rest({**GROUND, "/Box": body(size, (0, 0, size / 2), mass=mass)}, (0, 0, size / 2), hz, seconds)
 
 
 def camera_at(app: App, rate: Fraction) -> RenderProduct:
     """The product of a camera of this tick rate [Hz]."""
-    attributes = {"omni:sensor:tickRate": float(rate)}
-    app.add_prims({SENSOR: {"type": "Camera", "schemas": "OmniSensorAPI", "attributes": attributes}})
+    rated = {"schemas": "OmniSensorAPI", "attributes": {"omni:sensor:tickRate": float(rate)}}
+    app.add_prims({SENSOR: {"type": "Camera", **rated}})
     product = render_product(app, SENSOR, (2, 2))
     product.sensor.require("stability", {"distance_to_camera"})
     return product
@@ -257,9 +241,8 @@ def camera_at(app: App, rate: Fraction) -> RenderProduct:
 
 def ticks(rate: str) -> float:
     """A sensor's first four stamps, of states at its ticks: how far from k / rate [ns]; a missing one is a second."""
-    exact = Fraction(rate)
+    exact, found = Fraction(rate), list[int]()
     per_tick = max(1, math.ceil(1 / exact))
-    found: list[int] = []
     with App(physics_hz=exact * per_tick, loop_hz=exact * per_tick) as app:
         product = camera_at(app, exact)
         app.play()
