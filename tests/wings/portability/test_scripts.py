@@ -226,6 +226,15 @@ def test_a_prim_without_a_known_path_has_no_invented_name(tmp_path, capsys):
     assert "unknown" not in file["warnings"][0]["message"]
 
 
+def test_a_prim_with_a_path_that_usd_refuses_is_passed_over_and_the_rest_is_told(tmp_path, capfd):
+    file = tmp_path / "script.py"
+    file.write_text("stage.DefinePrim('no path//x', 'OmniLidar')\nstage.DefinePrim('/L', 'OmniLidar')\n")
+    assert main(["check", str(file), "--target", "isaacsim-6.0"]) == 0
+    lines = capfd.readouterr().err.splitlines()
+    assert [line.split(": ")[0] for line in lines] == ["warning sensor-every-frame"]
+    assert "script.py:2:1" in lines[0]
+
+
 def test_a_value_is_found_through_names_sums_and_texts(tmp_path, capsys):
     text = """
 root = "/World"

@@ -10,6 +10,7 @@ from typing import Any
 
 from graph.base.records import dataclass, field
 from graph.isaac.syntax import Script
+from graph.sim.scene.prim_paths import is_path
 
 from .reading import argument
 
@@ -174,7 +175,7 @@ class Authoring:
     def _make(self, call: ast.Call, where: ast.AST | None, kind: ast.AST | str | None) -> str:
         text = kind if isinstance(kind, str) else self.script.value_of(kind)
         path = self._path(where)
-        if text in SCHEMAS and path:
+        if text in SCHEMAS and is_path(path):
             self.prims[path] = AuthoredPrim(path, text, call)
         return path
 
@@ -199,6 +200,8 @@ class Authoring:
     ) -> str:
         """The prim of an authoring class: made with the schemas of its type, or wrapped."""
         path = parent + (self.target_of(where) or f"/{kind}")
+        if not is_path(path):
+            return ""
         new = path not in self.prims
         prim = self.prims.setdefault(path, AuthoredPrim(path, kind, call))
         if new:
