@@ -19,7 +19,6 @@ from .targets import Finding, checks_of
 
 if TYPE_CHECKING:
     from graph.session.open import Parts
-    from graph.sim.settings import Settings
     from graph.spec.file_spec import FileSpec, Note
 
 
@@ -181,7 +180,9 @@ def check(
     problems, notes = tuple(parts.problems), tuple(parts.warnings)
     findings: tuple[Finding, ...] = ()
     if target is not None and parts.spec is not None and parts.stage is not None:
-        held = _settings(parts.spec, settings)
+        from graph.sim.settings import of_profile
+
+        held = of_profile(parts.spec.clock.parity, {**parts.spec.settings, **(settings or {})})
         findings = tuple(checks_of(target).of_file(target, parts.spec, parts.graphs, parts.stage, held))
     if parts.stage is not None and not problems:
         from graph.session.graph_links import Links, unread_products
@@ -199,15 +200,6 @@ def check(
         notes = (*checks_of(target).without_twins(notes, findings), *(one.note() for one in findings))
     once = tuple(dict.fromkeys(notes))
     return Checked(file, parts.spec, problems, once, prims=_count_prims(parts), findings=findings)
-
-
-def _settings(spec: FileSpec, given: Mapping[str, Any] | None) -> Settings:
-    """The settings of a file with the values that replace its own, over the defaults of its profile."""
-    from graph.sim.settings import Settings, apply_profile
-
-    settings = Settings({**spec.settings, **(given or {})})
-    apply_profile(settings, spec.clock.parity)
-    return settings
 
 
 def _is_script(file: str) -> bool:

@@ -113,12 +113,14 @@ def refusal(act: Callable[[], Any]) -> str:
 
 def outcomes(cases: Iterable[Case]) -> Iterator[Outcome]:
     """Runs cases, one after the other; what they warn of is not shown."""
-    logging.disable(logging.CRITICAL)
+    log = logging.getLogger("tickgraph")
+    before = log.level
+    log.setLevel(logging.CRITICAL)
     try:
         for case in cases:
             yield case.run()
     finally:
-        logging.disable(logging.NOTSET)
+        log.setLevel(before)
 
 
 def row(outcome: Outcome) -> tuple[str, str, str, str, str]:

@@ -23,7 +23,7 @@ LONGEST_NAME = 1000
 """Characters of a dotted name; assignments could make it grow with every line."""
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class Script:
     """A parsed script. imports: each module that is imported with its place; names: what each name stands for."""
 

@@ -298,14 +298,12 @@ def type_problems(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) -> 
 
 
 def _settings(spec: FileSpec) -> Settings:
-    from graph.sim.settings import Settings, apply_profile
+    from graph.sim.settings import of_profile
 
     try:
-        settings = Settings(spec.settings)
+        return of_profile(spec.clock.parity, spec.settings)
     except UserError:  # reported at its place
-        settings = Settings()
-    apply_profile(settings, spec.clock.parity)
-    return settings
+        return of_profile(spec.clock.parity)
 
 
 def _sensors_behind(node: Node, given: Mapping[Node, Mapping[str, Mark | None]]) -> tuple[str, ...]:

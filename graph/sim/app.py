@@ -27,7 +27,7 @@ from .options import clock_rates, experience_settings, refuse_unavailable
 from .phases import Callback, Phases, Unsubscribe
 from .physics import MUJOCO
 from .renderer.scheduler import SensorScheduler
-from .settings import Settings, apply_profile
+from .settings import of_profile
 from .simulation import Simulation
 from .state.playing_world import WhenPlaying, checked_choice
 from .timing.clocks import PhysicsClock
@@ -103,8 +103,7 @@ class App(Suggesting):
             knobs = replace(knobs, device=Fidelity.from_mapping({"device": device}).device)
         refuse_unavailable(experience, parity, knobs)
         self.experience, self.parity, self.seed = experience, parity, exact.count(seed, "seed")
-        self.settings = Settings(settings)
-        apply_profile(self.settings, parity)
+        self.settings = of_profile(parity, settings)
         self.warnings = WarningList()
         self.warn: Callable[[str, str, str], None] = self.warnings.add
         """`warn(code, where, message)` gives a warning, which is shown once for each code and place, and counted."""

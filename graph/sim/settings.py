@@ -336,10 +336,12 @@ def suggestion(path: str) -> str | None:
     return closest(path, KNOWN, 0.9) if near is None else beside[near]
 
 
-def apply_profile(settings: Settings, parity: str) -> None:
-    """Sets the defaults of a profile; values that the user has set stay."""
+def of_profile(parity: str, values: Mapping[str, Any] | None = None) -> Settings:
+    """The settings of a profile: these values over its defaults. Raises UserError for wrong values."""
+    settings = Settings(values)
     for path, product in PRODUCT_DEFAULTS.items():
         settings.set_default(path, product if parity == PRODUCT else DEFAULTS[path])
+    return settings
 
 
 def from_mapping(values: Mapping[str, Any], where: Callable[[str], Mark | None] = lambda path: None) -> Settings:

@@ -105,7 +105,7 @@ def of_script(target: str, path: str | Path) -> list[Finding]:
 def _of_draft(target: str, script: Script) -> Iterator[Finding]:
     """The findings in the graph file that a script amounts to, as far as its constants decide them."""
     from graph.session.open import build_parts
-    from graph.sim.settings import Settings, apply_profile
+    from graph.sim.settings import of_profile
     from graph.spec.migration import migrate
 
     from .script_rules.authored import named
@@ -118,8 +118,7 @@ def _of_draft(target: str, script: Script) -> Iterator[Finding]:
             file, line, column = where.rsplit(":", 2)
             yield Finding(RULES[code], Mark(file, int(line), int(column)), "", message)
     parts = build_parts(spec)
-    settings = Settings(dict(spec.settings))
-    apply_profile(settings, spec.clock.parity)
+    settings = of_profile(spec.clock.parity, spec.settings)
     messages = "\n".join(problem.message for problem in parts.problems)
     unread = tuple(f"{path}." for path in spec.scene.prims if f"{path}: config: " in messages)
     if parts.stage is not None:

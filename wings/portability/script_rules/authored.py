@@ -6,6 +6,7 @@ import ast
 import re
 from collections.abc import Iterator
 from contextlib import suppress
+from functools import lru_cache
 from typing import Any
 
 from graph.base.records import dataclass, field
@@ -303,6 +304,12 @@ class Authoring:
     def _render(self, path: str, place: ast.AST) -> None:
         if path in self.prims:
             self.prims[path].asked.append((place, ()))
+
+
+@lru_cache(maxsize=1)
+def authored_by(script: Script) -> Authoring:
+    """The sensor prims of a script, read once for all rules."""
+    return Authoring(script)
 
 
 def named(text: str) -> str:

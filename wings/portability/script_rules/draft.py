@@ -18,7 +18,7 @@ from graph.sim import settings as keys
 from graph.spec.file_spec import ClockSpec, ConnectionSpec, FileSpec, GraphSpec, NodeSpec, PipelineStage, SceneSpec
 from wings.portability.case import Asked
 
-from .authored import CAMERA, UNKNOWN, Authoring
+from .authored import CAMERA, UNKNOWN, authored_by
 from .edits import edits_of
 from .reading import all_settings, app_configs, argument
 
@@ -68,7 +68,7 @@ def author_rest(stage: Usd.Stage, values: Mapping[str, Mapping[str, Any]]) -> No
 
 def draft(script: Script) -> Draft:
     """The file that the script amounts to."""
-    authored = Authoring(script)
+    authored = authored_by(script)
     found = Draft(FileSpec(), elsewhere=authored.elsewhere)
     prims: dict[str, dict[str, Any]] = {}
     marks: dict[tuple[str, ...], Mark] = {}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Any
 
 from graph.base.records import dataclass, field
@@ -39,8 +40,9 @@ class Edits:
     """The last word of the pipeline stage by the graph's path."""
 
 
+@lru_cache(maxsize=1)
 def edits_of(script: Script) -> Edits:
-    """What the dicts of `Controller.edit` say, wherever they stand, and its methods for single edits."""
+    """What the dicts of `Controller.edit` and its methods for single edits say, wherever they stand; read once."""
     found = Edits()
     graphs: dict[int, str] = {}
     for call, name in script.called:

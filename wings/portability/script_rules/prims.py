@@ -9,7 +9,7 @@ from graph.isaac.syntax import Script
 from graph.sim import settings as keys
 from wings.portability.wiring import LIVE, PLACES, WAITING
 
-from .authored import BODIES, LIDAR, RADAR, SCHEMAS, SENSORS, Authoring
+from .authored import BODIES, LIDAR, RADAR, SCHEMAS, SENSORS, authored_by
 from .reading import Found, all_settings, app_configs, argument, finds
 
 TIMELINE = "omni.timeline.get_timeline_interface()"
@@ -71,7 +71,7 @@ def _radar(script: Script) -> Iterator[Found]:
 
 @finds("fif-race")
 def _race(script: Script) -> Iterator[Found]:
-    prims = Authoring(script).prims.values()
+    prims = authored_by(script).prims.values()
     rendered = {kind: [one.asked[0][0] for one in prims if one.type == kind and one.asked] for kind in SCHEMAS}
     plays = [call.lineno for call, name in script.called if name.endswith(".play")]
     updates = [call.lineno for call, name in script.called if name.rpartition(".")[2] in UPDATES]
@@ -85,7 +85,7 @@ def _race(script: Script) -> Iterator[Found]:
 
 @finds("fabric-parent-moved")
 def _moved(script: Script) -> Iterator[Found]:
-    authored = Authoring(script)
+    authored = authored_by(script)
     bodies = {authored.path_of(call) for call, name in script.called if name.rpartition(".")[2] in BODIES}
     bodies |= {
         authored.path_of(call.args[0])
