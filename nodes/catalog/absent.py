@@ -22,7 +22,6 @@ _VEHICLE = "vehicles of PhysX are not modelled here; build them of bodies and jo
 
 ABSENT = {
     "isaacsim.streaming.rtsp.RTSPCameraHelper": _VIDEO,
-    "isaacsim.core.experimental.actuators.ArticulationActuators": "actuator models are MuJoCo's here; set the drives",
     "isaacsim.examples.ipc.SimpleReceiveExternalStepCpp": _EXTERNAL,
     "isaacsim.examples.ipc.SimpleReceiveExternalStepPy": _EXTERNAL,
     "isaacsim.examples.ipc.SimpleSendSimulationClockCpp": _EXTERNAL,

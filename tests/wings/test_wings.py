@@ -71,6 +71,7 @@ def prim(type_name):
 
 NEEDS = {
     "acoustic": prim("OmniAcoustic"),
+    "actuators": node("ArticulationActuators"),
     "campaign": ("", ["sweep", "file.yaml", "--out", "o"], "graph: the command sweep cannot be used: it comes", ""),
     "device": (
         "",

@@ -11,7 +11,7 @@ from graph.base.errors import RunError
 from graph.isaac.results import Result, numbers, result, rows, words
 from graph.isaac.session import app
 from graph.sim.scene.assets import missing_above
-from graph.sim.scene.mechanisms import mechanisms_of
+from graph.sim.scene.mechanisms import freedoms, mechanisms_of
 from graph.sim.usd import UsdPhysics
 
 from .articulation_properties import Properties, at_once
@@ -24,7 +24,8 @@ __all__ = ["Articulation"]
 class Articulation(Properties, XformPrim):
     def __init__(self, paths: Any, *, resolve_paths: bool = True, **pose: Any) -> None:
         super().__init__(paths, resolve_paths=resolve_paths, **pose)
-        self._targets: dict[str, np.ndarray] = {}
+        self._gains: np.ndarray | None = None
+        """Stiffnesses and dampings before the first `switch_dof_control_mode`."""
 
     @staticmethod
     def fetch_articulation_root_api_prim_paths(paths: Any) -> list[str | None]:
@@ -50,16 +51,7 @@ class Articulation(Properties, XformPrim):
         found = self._live(one)
         if found is not None:
             return [stage.GetPrimAtPath(path.partition(":")[0]) for path in found.joint_paths]
-        mechanisms = mechanisms_of(stage)
-        links = mechanisms.carriers(self.paths[one])
-        out = []
-        for prim in stage.Traverse():
-            if prim.IsA(UsdPhysics.RevoluteJoint) or prim.IsA(UsdPhysics.PrismaticJoint):
-                joint = UsdPhysics.Joint(prim)
-                ends = [*joint.GetBody0Rel().GetTargets(), *joint.GetBody1Rel().GetTargets()]
-                if mechanisms.joins(links, tuple(map(str, ends))):
-                    out.append(prim)
-        return out
+        return [stage.GetPrimAtPath(path) for path in freedoms(stage, self.paths[one])]
 
     @property
     def dof_paths(self) -> list[list[str]]:
@@ -145,34 +137,32 @@ class Articulation(Properties, XformPrim):
         return self._read("efforts", indices, dof_indices)
 
     def get_dof_efforts(self, *, indices: Any = None, dof_indices: Any = None) -> Result:
-        kept = self._targets.get("efforts")
-        return self._kept(kept, indices, dof_indices)
+        return self._commanded("efforts", indices, dof_indices)
 
     def get_dof_position_targets(self, *, indices: Any = None, dof_indices: Any = None) -> Result:
-        return self._kept(self._targets.get("positions"), indices, dof_indices, "targetPosition")
+        return self._commanded("positions", indices, dof_indices, "targetPosition")
 
     def get_dof_velocity_targets(self, *, indices: Any = None, dof_indices: Any = None) -> Result:
-        return self._kept(self._targets.get("velocities"), indices, dof_indices, "targetVelocity")
+        return self._commanded("velocities", indices, dof_indices, "targetVelocity")
 
-    def _kept(self, kept: np.ndarray | None, indices: Any, dofs: Any, authored: str = "") -> Result:
-        values = np.full((len(self), self.num_dofs), np.nan) if kept is None else kept
-        if authored:
-            given = np.array([[_drive(prim, authored) for prim in self._joints(one)] for one in range(len(self))])
-            values = np.where(np.isnan(values), given.reshape(values.shape), values)
-        values = np.nan_to_num(values)
-        return result(values[np.ix_(numbers(indices, len(self)), numbers(dofs, values.shape[1]))])
+    def _commanded(self, name: str, indices: Any, dofs: Any, authored: str = "") -> Result:
+        out = []
+        for one in numbers(indices, len(self)):
+            found = self._live(one)
+            if found is not None:
+                values = found.commanded(name)
+            else:
+                values = np.array([_drive(prim, authored) if authored else 0.0 for prim in self._joints(one)])
+            out.append(values[numbers(dofs, len(values))])
+        return result(out)
 
     def _command(self, name: str, values: Any, indices: Any, dofs: Any) -> None:
-        chosen, count = numbers(indices, len(self)), self.num_dofs
-        joints = numbers(dofs, count)
+        chosen = numbers(indices, len(self))
+        joints = numbers(dofs, self.num_dofs)
         given = rows(values, len(chosen), len(joints), name)
         if given is None:
             return
-        kept = self._targets.get(name)
-        if kept is None or kept.shape != (len(self), count):
-            kept = self._targets[name] = np.full((len(self), count), np.nan)
         for row, one in enumerate(chosen):
-            kept[one, joints] = given[row]
             found = self._live(one)
             if found is not None:
                 found.set_targets(**{name: given[row]}, joints=joints)
@@ -253,7 +243,9 @@ class Articulation(Properties, XformPrim):
 
     def switch_dof_control_mode(self, mode: str, *, indices: Any = None, dof_indices: Any = None) -> None:
         stiffness, damping = self.get_dof_gains(indices=indices, dof_indices=dof_indices)
-        kept = self._targets.setdefault("gains", np.stack([stiffness, damping]))
+        if self._gains is None:
+            self._gains = np.stack([stiffness, damping])
+        kept = self._gains
         zero = np.zeros_like(kept[0])
         gains = {"position": (kept[0], kept[1]), "velocity": (zero, kept[1]), "effort": (zero, zero)}[mode]
         self.set_dof_gains(*gains, indices=indices, dof_indices=dof_indices)

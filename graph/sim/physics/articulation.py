@@ -18,6 +18,36 @@ if TYPE_CHECKING:
 Values = Sequence[float] | Floats
 
 
+COMMANDS = ("positions", "velocities", "efforts")
+
+
+class Commanded:
+    """What the joints of an engine were commanded last, in SI units; kept by path when it adopts another world."""
+
+    def __init__(self, engine: PhysicsEngine) -> None:
+        self._engine, self._known = engine, engine.joints
+        self._table: Floats = np.full((len(COMMANDS), len(self._known)), np.nan)
+
+    @property
+    def table(self) -> Floats:
+        """(3, joints) positions, velocities and efforts; NaN where none was given."""
+        joints = self._engine.joints
+        if joints is not self._known:
+            rows = {joint.path: row for row, joint in enumerate(self._known)}
+            old = [rows.get(joint.path, -1) for joint in joints]  # -1: the column of NaN
+            self._table = np.column_stack([self._table, np.full(len(COMMANDS), np.nan)])[:, old]
+            self._known = joints
+        return self._table
+
+    def note(self, rows: Rows, *given: Floats | None) -> None:
+        """Keeps the commands of joints with these numbers; NaN leaves one unchanged."""
+        table = self.table
+        for row, values in enumerate(given):
+            if values is not None:
+                some = ~np.isnan(values)
+                table[row, rows[some]] = values[some]
+
+
 class _Found(NamedTuple):
     """The joints of a mechanism: their numbers in the engine, and their constant properties."""
 
@@ -147,6 +177,19 @@ class Articulation:
         base = next((path for path in links if path in known and self.engine.is_free(path)), None)
         return self.engine.motion_terms(links, self._now.rows, base)
 
+    def commanded(self, name: str) -> Floats:
+        """(J,) the last "positions", "velocities" or "efforts" of `set_targets`, also where no drive follows them.
+
+        Before the first, those of the drives; 0 without a drive.
+        """
+        now = self._now
+        drives = [self.engine.joints[row].drive for row in now.rows]
+        row = COMMANDS.index(name)
+        at_first = [0.0 if drive is None else (drive.position, drive.velocity, 0.0)[row] for drive in drives]
+        given = self.engine.commanded.table[row, now.rows]
+        out: Floats = np.where(np.isnan(given), at_first, given) * (1.0 if name == "efforts" else now.scale)
+        return out
+
     @property
     def limits(self) -> Floats:
         """(J, 2) lowest and highest positions [rad or stage units]; infinite without a limit."""
@@ -177,6 +220,7 @@ class Articulation:
         forces = self._command("efforts", efforts, len(chosen))
         scale = self._now.scale[chosen]
         position, velocity = (None if values is None else values / scale for values in aims)
+        self.engine.commanded.note(rows[chosen], position, velocity, forces)
         self.engine.set_joint_targets(rows[chosen], position, velocity, forces)
 
     def set_positions(self, positions: Values, joints: Sequence[int] | None = None) -> None:

@@ -23,7 +23,7 @@ from graph.sim.transforms import Floats
 if TYPE_CHECKING:
     from graph.sim.fidelity import Fidelity
 
-    from .articulation import Articulation
+    from .articulation import Articulation, Commanded
     from .solver import SolverOptions
     from .world_model import BodyForce, Joint, Volume, WorldModel
 
@@ -272,6 +272,13 @@ class PhysicsEngine(Protocol):
                 raise RunError(f"{root}: no revolute or prismatic joint is there")
             self._articulations[root] = found
         return self._articulations[root]
+
+    @cached_property
+    def commanded(self) -> Commanded:
+        """What joints were commanded last."""
+        from .articulation import Commanded
+
+        return Commanded(self)
 
     @cached_property
     def _articulations(self) -> dict[str, Articulation]:

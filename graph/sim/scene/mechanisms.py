@@ -162,6 +162,16 @@ def mechanisms_of(stage: Any) -> Mechanisms:
     return found.mechanisms
 
 
+def freedoms(stage: Any, path: str) -> list[str]:
+    """The revolute and prismatic joints of the articulation at a path, in stage order."""
+    from graph.sim.usd import UsdPhysics
+
+    mechanisms = mechanisms_of(stage)
+    joints = mechanisms.joints(mechanisms.carriers(path))
+    kinds = UsdPhysics.RevoluteJoint, UsdPhysics.PrismaticJoint
+    return [one for one in joints if any(stage.GetPrimAtPath(one).IsA(kind) for kind in kinds)]
+
+
 def _read(stage: Any) -> Mechanisms:
     from graph.sim.usd import EARLIEST, Usd, UsdPhysics
 

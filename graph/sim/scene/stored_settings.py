@@ -168,7 +168,8 @@ STORED = tuple(
             "physxSplinesSurfaceVelocity:* PhysxSplinesSurfaceVelocityAPI",
         ),
         (
-            "joints move by the drives of UsdPhysics; apply PhysicsDriveAPI",
+            "actuators act only through the node ArticulationActuators (in scripts the class of this name); without "
+            "it joints move by their drives",
             "NewtonActuator* NewtonPDControlAPI NewtonPIDControlAPI NewtonNeuralControlAPI Newton*Clamping* "
             "newton:targets newton:delaySteps newton:constEffort newton:k? newton:integralMax newton:max*Effort "
             "newton:saturationEffort newton:model* newton:lookup*",
