@@ -93,6 +93,8 @@ ALLOWED = {
     ("graph/manual/__init__.py", "resources.files(__package__).joinpath(f'{topic}.md').read_text"): "shipped pages",
     ("graph/isaac/names.py", "resources.files(__package__).joinpath('names.txt').read_text"): "a shipped table",
     ("graph/isaac/modules/usd.py", "app().stage.Flatten().Export"): "the file that a script names for its stage",
+    ("graph/isaac/saving.py", "(stage.Flatten() if stand_ins else own).Export"): "the file that a script opened",
+    ("graph/isaac/modules/replicator_files.py", "np.save"): "into a stream in memory",
     ("graph/ogn/packages.py", "file.read_bytes"): "a declaration inside a package that is no folder",
     ("wings/exports/point_files.py", "np.savez_compressed"): "into a stream of the output opener",
     ("wings/exports/files.py", "np.savez_compressed"): "into a stream of the output opener",

@@ -149,12 +149,13 @@ class _Reporting:
         """The App of the script."""
         from graph.session.runner import GraphRunner
         from graph.sim import App
-        from graph.sim.settings import NODE_ERRORS_STOP
+        from graph.sim.settings import FLAT_SCAN_NEEDS_2D, NODE_ERRORS_STOP
         from graph.sim.timing.run_loop import RealClock
 
         args = self._args
         scene = options.pop("stage", None)
-        settings = {NODE_ERRORS_STOP: False, **options.pop("settings", {}), **args.settings}  # as in Kit
+        as_in_kit = {NODE_ERRORS_STOP: False, FLAT_SCAN_NEEDS_2D: False}
+        settings = {**as_in_kit, **options.pop("settings", {}), **args.settings}
         app = App(
             settings=settings,
             parity=args.parity,
@@ -167,9 +168,13 @@ class _Reporting:
         )
         self.runner = GraphRunner(app, [], scripts="run", asked=True)
         if scene is not None:
+            from graph.isaac import saving
+            from graph.isaac.kit import kit_of
             from graph.session.restage import open_scene
 
             open_scene(app, scene, args.allow)
+            kit_of(app).stage_url = str(scene)
+            saving.opened(app.stage, scene)
         from graph.isaac.viewports import author_cameras
 
         author_cameras(app.stage)

@@ -58,10 +58,10 @@ def missing_below(text: str) -> str:
     return ""
 
 
-def found_asset(address: str, wanted_by: str) -> str:
+def found_asset(address: str, wanted_by: str, *, must_exist: bool = True) -> str:
     """The local file of an asset, or the layer of its stand-in; "" for a remote one that is not here, which is said.
 
-    Raises FileNotFoundError for a missing local file.
+    Raises FileNotFoundError for a missing local file, unless it need not exist.
     """
     from graph.sim.scene.assets import stand_in
 
@@ -71,7 +71,7 @@ def found_asset(address: str, wanted_by: str) -> str:
         warn(code, str(address), message)  # once for all prims that refer to it
         return str(found.layer.identifier)
     if file is None:
-        if "://" not in str(address):
+        if must_exist and "://" not in str(address):
             raise FileNotFoundError(f"{address} does not exist")
         missing(address, wanted_by)
     return file or ""

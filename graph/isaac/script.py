@@ -18,6 +18,7 @@ from typing import Any
 from graph.base.errors import UserError
 from graph.base.inputs import start_of
 
+from . import saving
 from .assets import missing_below
 from .finder import ROS, importable
 from .kit import kit_of
@@ -96,6 +97,7 @@ class Script:
         token = RUN.set(run)
         try:
             with ExitStack() as held:
+                held.callback(saving.end)
                 held.enter_context(importable())
                 held.enter_context(self._surroundings(run))
                 held.enter_context(current_loop())

@@ -2,30 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from enum import Enum
-from itertools import count
+import inspect
+from functools import partial
 from typing import Any
 
-from graph.isaac.outcomes import inert, tell_inert
-from graph.isaac.session import RUN, app, kit, warn
-from graph.sim import settings as keys
+import numpy as np
+
+from graph.isaac.outcomes import UnsupportedError, inert, tell_inert
+from graph.isaac.session import app, warn
 from sensors import replicator as ours
 from sensors.annotators.annotator import Annotator as OurAnnotator
 from sensors.products import remove_product
 from sensors.writers import AnnotatedWriter, AttachedWriter
 
 from .replicator_draws import distribution, trigger, triggers
-from .replicator_prims import MISSING, Create, functional, modify
+from .replicator_files import BackendDispatch, backends
+from .replicator_functional import functional
+from .replicator_orchestrator import orchestrator
+from .replicator_prims import MISSING, Create, modify
 from .replicator_random import get, new_layer, randomizer
 
 __all__ = [
     "Annotator",
     "AnnotatorRegistry",
+    "BackendDispatch",
     "RenderProduct",
     "Writer",
     "WriterRegistry",
     "annotators",
+    "backends",
     "create",
     "distribution",
     "functional",
@@ -35,6 +40,7 @@ __all__ = [
     "new_layer",
     "orchestrator",
     "randomizer",
+    "rng",
     "set_global_seed",
     "settings",
     "trigger",
@@ -127,11 +133,40 @@ class Annotator(OurAnnotator):
 
     def get_data(self, *args: Any, **named: Any) -> Any:
         named.pop("device", None), named.pop("do_array_copy", None)
-        return super().get_data(*args[:0])
+        found = super().get_data(*args[:0])
+        for change in self.__dict__.get("_augmented", ()):
+            held = found["data"] if isinstance(found, dict) else found
+            held = change(held) if getattr(held, "size", 0) else held
+            found = {**found, "data": held} if isinstance(found, dict) else held
+        return found
+
+    def augment(self, augmentation: Any, *_: Any, **options: Any) -> Annotator:
+        """Changes the data of each frame by a function of NumPy arrays, or by the name of one."""
+        change = _AUGMENTATIONS.get(augmentation) if isinstance(augmentation, str) else augmentation
+        if not callable(change):
+            raise UnsupportedError(f"{AUGMENTATION} {augmentation!r}: Warp kernels do not run here; give a function")
+        known = inspect.signature(change).parameters
+        given = {name: value for name, value in options.items() if name in known}
+        self._augmented = [*self.__dict__.get("_augmented", ()), partial(change, **given)]
+        return self
 
     @property
     def template_name(self) -> str:
         return str(self.name)
+
+
+AUGMENTATION = "omni.replicator.core.annotators.augment"
+_AUGMENTATIONS: dict[str, Any] = {"RgbaToRgb": lambda pixels: pixels[..., :3]}
+
+
+def _augmentation(function: Any, **options: Any) -> Any:
+    return partial(function, **options) if callable(function) else function
+
+
+class Augmentation:
+    """`Augmentation.from_function(f)`, for `annotator.augment`."""
+
+    from_function = staticmethod(_augmentation)
 
 
 def get_annotator(
@@ -141,7 +176,11 @@ def get_annotator(
     device: str | None = None,
     do_array_copy: bool = True,
 ) -> Any:
-    made = ours.get_annotator(_present(name), init_params, None, device, do_array_copy)
+    if device not in (None, "cpu"):
+        warn(
+            "annotator-on-host", name, f"device {device!r}: its arrays are in host memory; .numpy() gives them as well"
+        )
+    made = ours.get_annotator(_present(name), init_params, None, None, do_array_copy)
     made.__class__ = Annotator
     return made if render_products is None else made.attach(render_products)
 
@@ -160,6 +199,16 @@ class AnnotatorRegistry:
     get = staticmethod(get_annotator)
     get_registered_annotators = staticmethod(ours.AnnotatorRegistry.get_registered_annotators)
     get_registered = get_registered_annotators
+
+    @staticmethod
+    def register_augmentation(name: str, augmentation: Any) -> None:
+        _AUGMENTATIONS[name] = augmentation
+
+    @staticmethod
+    def get_augmentation(name: str) -> Any:
+        return _AUGMENTATIONS[name]
+
+    Augmentation = Augmentation
 
     @staticmethod
     def register_annotator_from_node(name: str, *_: Any, **__: Any) -> None:
@@ -202,6 +251,9 @@ class _AttachedWriter:
         ours.get_writer(name)  # an unknown name is an error now, not later
 
     def initialize(self, **options: Any) -> _AttachedWriter:
+        backend = options.pop("backend", None)
+        if backend is not None:
+            options["output_dir"] = backend.output_dir
         self._options.update(options)
         return self
 
@@ -269,153 +321,27 @@ class WriterRegistry:
 writers = WriterRegistry
 
 
-class _Status(Enum):
-    NOT_STARTED = 0
-    STARTING = 1
-    STARTED = 2
-    PAUSED = 3
-    STOPPING = 4
-    STOPPED = 5
-
-
-class _Orchestrator:
-    Status = _Status
-
-    def __init__(self) -> None:
-        self._status = _Status.NOT_STARTED
-        self._looping = False
-        """Whether a call of `run` is counting its frames."""
-
-    def step(
-        self,
-        rt_subframes: int = -1,
-        pause_timeline: bool = True,
-        delta_time: float | None = None,
-        wait_for_render: bool = True,
-    ) -> None:
-        run = RUN.get()
-        if run is not None:
-            run.check()
-        app().orchestrator.step(rt_subframes, pause_timeline, delta_time, wait_for_render)
-        kit().turn()
-
-    async def step_async(
-        self,
-        rt_subframes: int = -1,
-        pause_timeline: bool = True,
-        delta_time: float | None = None,
-        wait_for_render: bool = True,
-    ) -> None:
-        await app().orchestrator.step_async(rt_subframes, pause_timeline, delta_time, wait_for_render)
-
-    def preview(self) -> None:
-        kit().update()
-
-    async def preview_async(self) -> None:
-        await kit().next_update()
-
-    def run(self, num_frames: int | None = None, start_timeline: bool = False) -> None:
-        """Captures a frame in each update until the triggers that end are over.
-
-        While the timeline does not play, and in a snippet, it captures all of them at once; else further updates do.
-        """
-        self._start(start_timeline)
-        run = RUN.get()
-        at_once = not app().timeline.is_playing() or (run is not None and run.from_editor)
-        for _ in self._frames(num_frames, whole=at_once):
-            self._capture()
-
-    async def run_async(self, num_frames: int | None = None, start_timeline: bool = False) -> None:
-        self._start(start_timeline)
-        for _ in self._frames(num_frames, whole=not app().timeline.is_playing()):
-            await self._capture_async()
-
-    def run_until_complete(self, num_frames: int | None = None, start_timeline: bool = False) -> None:
-        self._start(start_timeline)
-        for _ in self._frames(num_frames):
-            self._capture()
-        self._turn(_Status.STOPPED)
-
-    async def run_until_complete_async(self, num_frames: int | None = None, start_timeline: bool = False) -> None:
-        self._start(start_timeline)
-        for _ in self._frames(num_frames):
-            await self._capture_async()
-        self._turn(_Status.STOPPED)
-
-    def _frames(self, most: int | None, *, whole: bool = True) -> Iterator[int]:
-        """Counts frames: `most`; or, if `whole`, until the triggers that end are over; else one."""
-        whole = whole and most is None and triggers().finite
-        self._looping = True
-        try:
-            for number in count():
-                if (triggers().over if whole else number >= (most or 1)) or not self.get_is_started():
-                    return
-                yield number
-        finally:
-            self._looping = False
-            app().rendering.stepped = self.get_is_started() and not triggers().over
-
-    def _capture(self) -> None:
-        """One frame, of the world at rest unless the timeline plays."""
-        if app().timeline.is_playing():
-            kit().update()
-        else:
-            self.step(delta_time=0.0)
-
-    async def _capture_async(self) -> None:
-        if app().timeline.is_playing():
-            await kit().next_update()
-        else:
-            await self.step_async(delta_time=0.0)
-
-    def _end_if_over(self) -> None:
-        if self._status is _Status.STARTED and triggers().over and not self._looping:
-            self._turn(_Status.STOPPED)
-
-    def _start(self, start_timeline: bool) -> None:
-        if start_timeline:
-            app().play()
-        kit().singleton(_Orchestrator, lambda: app().on("end", self._end_if_over))
-        self._turn(_Status.STARTED)
-
-    def _turn(self, status: _Status) -> None:
-        """The new status; while started, every update is a step of the orchestrator."""
-        self._status, app().rendering.stepped = status, status is _Status.STARTED
-
-    def stop(self) -> None:
-        self._turn(_Status.STOPPED)
-
-    def pause(self) -> None:
-        self._turn(_Status.PAUSED)
-
-    def resume(self) -> None:
-        self._turn(_Status.STARTED)
-
-    def wait_until_complete(self) -> None:
-        app().deliver_frames()
-
-    async def wait_until_complete_async(self) -> None:
-        app().deliver_frames()
-
-    def set_capture_on_play(self, value: bool) -> None:
-        app().settings.set(keys.CAPTURE_ON_PLAY, bool(value))
-
-    def get_status(self) -> _Status:
-        return self._status
-
-    def get_is_started(self) -> bool:
-        return self._status is _Status.STARTED
-
-
-orchestrator = _Orchestrator()
-
-
 def set_global_seed(seed: int) -> None:
     triggers().seed = int(seed)
 
 
 def get_global_seed() -> int:
     return triggers().seed
+
+
+class ReplicatorRNG:
+    """`generator`, a NumPy generator: the same numbers for the same seed, by default the global one."""
+
+    def __init__(self, seed: int | None = None, **_: Any) -> None:
+        self.seed = triggers().seed if seed is None else int(seed)
+        self.generator = np.random.default_rng(self.seed)
+
+
+class _Rng:
+    ReplicatorRNG = ReplicatorRNG
+
+
+rng = _Rng
 
 
 class settings:  # noqa: N801

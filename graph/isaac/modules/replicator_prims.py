@@ -1,15 +1,16 @@
-"""`create`, `modify` and `functional` of `omni.replicator.core`: prims with given or drawn values."""
+"""`create` and `modify` of `omni.replicator.core`: prims with given or drawn values."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from importlib import import_module
 from typing import Any, ClassVar
 
 import numpy as np
 
 from graph.isaac.outcomes import Refusing, UnsupportedError
 from graph.isaac.session import app
-from graph.sim.usd import Usd, UsdGeom, UsdPhysics, UsdShade
+from graph.sim.usd import Usd, UsdGeom, UsdShade
 
 from . import prim_utils
 from .meshes import author_mesh
@@ -33,9 +34,13 @@ KINDS: dict[str, tuple[str, dict[str, float]]] = {
     "xform": ("Xform", {}),
     "scope": ("Scope", {}),
     "camera": ("Camera", {}),
+    "omni_lidar": ("OmniLidar", {}),
+    "omni_radar": ("OmniRadar", {}),
     **{f"{kind.lower()}_light": (f"{kind}Light", {}) for kind in LIGHTS},
 }
 """Each call's type of prim, and the sizes [m] of a shape of scale 1."""
+SENSORS = ("OmniLidar", "OmniRadar")
+"""Types whose arguments are attributes by their full names."""
 MESHES = ("Plane", "Disk", "Torus")
 """Types that become meshes, because USD has no such prims."""
 ATTRIBUTES = {
@@ -55,9 +60,14 @@ SURFACES = {
     "diffuse": "diffuse_color_constant",
     "roughness": "reflection_roughness_constant",
     "metallic": "metallic_constant",
+    "specular": "specular_level",
     "emissive_color": "emissive_color",
     "emissive_intensity": "emissive_intensity",
+    "emissive_texture": "emissive_color_texture",
     "diffuse_texture": "diffuse_texture",
+    "roughness_texture": "reflectionroughness_texture",
+    "metallic_texture": "metallic_texture",
+    "project_uvw": "project_uvw",
 }
 """Arguments of OmniPBR materials, and the inputs that they set."""
 DEFAULTS: dict[str, dict[str, Any]] = {"camera": {"clipping_range": (1.0, 1e6)}, "light": {"intensity": 1000.0}}
@@ -93,6 +103,9 @@ class Items:
 def make(call: str, path: str, options: dict[str, Any]) -> Any:
     """A prim at a path, with attributes of `options`. Raises UnsupportedError for others of them."""
     kind, sizes = KINDS[call]
+    if kind in SENSORS:
+        authored = getattr(import_module("graph.isaac.modules.sensors_rtx"), kind.removeprefix("Omni"))
+        return authored(path, attributes={name: drawn(value) for name, value in options.items()} or None).prim
     stage, unit = app().stage, app().meters_per_unit
     options = {**DEFAULTS.get(call.rpartition("_")[2], {}), **options}
     known = {name: value for name, value in options.items() if name in ATTRIBUTES}
@@ -160,49 +173,22 @@ def prims_of(given: Any) -> list[Any]:
     return [given if isinstance(given, Usd.Prim) else app().stage.GetPrimAtPath(str(given))]
 
 
+def show(prims: Any, shown: Any) -> None:
+    """Makes prims visible or invisible."""
+    for prim in prims_of(prims):
+        one = UsdGeom.Imageable(prim)
+        (one.MakeVisible if shown else one.MakeInvisible)()
+
+
 POSE = ("position", "rotation", "scale", "look_at", "look_at_up_axis")
 
 
-def _posed(prim: Any, options: dict[str, Any]) -> dict[str, Any]:
+def posed(prim: Any, options: dict[str, Any]) -> dict[str, Any]:
     """Sets the pose of a new prim; gives the options that are left."""
     given = {name: drawn(options.pop(name)) for name in POSE if name in options}
     if given:
         pose(prim, **given)
     return options
-
-
-class FunctionalCreate(Refusing):
-    """`functional.create.cube(position=..., parent="/World", name="Cube")`: a prim with its pose and labels."""
-
-    def __getattr__(self, name: str) -> Any:
-        return self._maker(name) if name in (*KINDS, "reference") else super().__getattr__(name)
-
-    def _maker(self, call: str) -> Callable[..., Any]:
-        def new(*, name: str | None = None, parent: Any = None, semantics: Any = None, **options: Any) -> Any:
-            given = {key: value for key, value in options.items() if value is not None}
-            under = "" if parent is None else str(prims_of(parent)[0].GetPath()).rstrip("/")
-            kind = "Ref" if call == "reference" else KINDS[call][0]
-            path = generate_next_free_path(f"{under}/{name or kind}", prepend_default_prim=False)
-            placed = {key: given.pop(key) for key in POSE if key in given}
-            address = given.pop("usd_path", None) if call == "reference" else None
-            prim = make("xform" if call == "reference" else call, path, given)
-            if address is not None:
-                refer(prim, address)
-            _posed(prim, placed)
-            label(prim, semantics)
-            return prim
-
-        return new
-
-
-class FunctionalBatch(Refusing):
-    """`functional.create_batch.cube(count=3, ...)`: a list of prims that are alike."""
-
-    def __getattr__(self, name: str) -> Any:
-        if name not in KINDS:
-            return super().__getattr__(name)
-        one = getattr(FunctionalCreate(f"{CORE}.functional.create", MISSING), name)
-        return lambda count=1, **options: [one(**options) for _ in range(count)]
 
 
 class Create(Refusing):
@@ -249,18 +235,18 @@ class Create(Refusing):
                 own = name or (KINDS[kind][0] if address is None else "Ref")
                 targets.append(make(kind, f"{path}/{own}", dict(given)))
                 if address is not None:
-                    refer(targets[-1], address)
+                    refer(targets[-1], address, must_exist=False)
                 if visible is not None:
-                    functional.modify.visibility(targets[-1:], visible)
+                    show(targets[-1:], visible)
                 if material:
                     UsdShade.MaterialBindingAPI.Apply(targets[-1]).Bind(UsdShade.Material(material[0]))
-                _posed(places[-1], dict(placed))
+                posed(places[-1], dict(placed))
                 label(targets[-1], semantics)
 
             def draw_again() -> None:
                 for place, target in zip(places, targets, strict=True):
                     if is_random(placed.values()):
-                        _posed(place, dict(placed))
+                        posed(place, dict(placed))
                     for key in (key for key in given if is_random([given[key]])):
                         set_attribute(target, ATTRIBUTES[key], drawn(given[key]))
 
@@ -323,62 +309,9 @@ class Modify(Refusing):
 
         def act() -> None:
             for prim in prims:
-                functional.modify.visibility([prim], drawn(value))
+                show([prim], drawn(value))
 
         each_frame(act)
 
 
-class FunctionalModify(Refusing):
-    """`functional.modify.pose(prims, position_value=...)`."""
-
-    def pose(self, prims: Any, **options: Any) -> None:
-        for prim in prims_of(prims):
-            pose(prim, **{name.removesuffix("_value"): value for name, value in options.items() if value is not None})
-
-    def position(self, prims: Any, value: Any) -> None:
-        self.pose(prims, position=value)
-
-    def rotation(self, prims: Any, value: Any) -> None:
-        self.pose(prims, rotation=value)
-
-    def scale(self, prims: Any, value: Any) -> None:
-        self.pose(prims, scale=value)
-
-    def semantics(self, prims: Any, semantics: Any, mode: str = "add") -> None:
-        for prim in prims_of(prims):
-            label(prim, semantics, mode)
-
-    def attribute(self, prims: Any, name: str, value: Any) -> None:
-        for prim in prims_of(prims):
-            set_attribute(prim, name, value)
-
-    def visibility(self, prims: Any, value: Any) -> None:
-        for prim in prims_of(prims):
-            shown = UsdGeom.Imageable(prim)
-            (shown.MakeVisible if value else shown.MakeInvisible)()
-
-
-class FunctionalPhysics(Refusing):
-    """`functional.physics.apply_collider(prims)`."""
-
-    def apply_collider(self, prims: Any) -> None:
-        for prim in prims_of(prims):
-            UsdPhysics.CollisionAPI.Apply(prim)
-
-    def apply_rigid_body(self, prims: Any) -> None:
-        for prim in prims_of(prims):
-            UsdPhysics.RigidBodyAPI.Apply(prim)
-
-
-class Functional(Refusing):
-    """`omni.replicator.core.functional`: calls that author at once."""
-
-    create = FunctionalCreate(f"{CORE}.functional.create", MISSING)
-    create_batch = FunctionalBatch(f"{CORE}.functional.create_batch", MISSING)
-    modify = FunctionalModify(f"{CORE}.functional.modify", MISSING)
-    physics = FunctionalPhysics(f"{CORE}.functional.physics", MISSING)
-    randomizer = Refusing(f"{CORE}.functional.randomizer", RANDOM)
-
-
-functional = Functional(f"{CORE}.functional", MISSING)
 modify = Modify(f"{CORE}.modify", MISSING)

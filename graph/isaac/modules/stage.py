@@ -105,9 +105,12 @@ def add_reference_to_stage(
     return prim
 
 
-def refer(prim: Any, address: str) -> bool:
-    """Adds a reference to an asset; one that is not here is said once, and the prim stays empty."""
-    file = found_asset(address, str(prim.GetPath()))
+def refer(prim: Any, address: str, *, must_exist: bool = True) -> bool:
+    """Adds a reference to an asset; a remote one that is not here is said once, and the prim stays empty.
+
+    A local file that does not exist raises FileNotFoundError, or is said once as well.
+    """
+    file = found_asset(address, str(prim.GetPath()), must_exist=must_exist)
     if not file:
         return False
     try:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from graph.base.errors import UserError
+from graph.isaac import saving
 from graph.isaac.assets import found_asset, local_path, missing
 from graph.isaac.events import EventStream
 from graph.isaac.outcomes import inert
@@ -118,7 +119,7 @@ class UsdContext:
         return await _later(kit().stage_url or None)
 
     def save_stage(self, on_finish_fn: Any = None) -> bool:
-        return bool(kit().stage_url) and self.save_as_stage(kit().stage_url, on_finish_fn)
+        return bool(kit().stage_url) and _told(on_finish_fn, save(kit().stage_url, flat=False))
 
     def save_as_stage(self, url: str, on_finish_fn: Any = None) -> bool:
         return _told(on_finish_fn, save(url))
@@ -226,6 +227,7 @@ def _take(url: str | None, on_finish: Any = None) -> bool:
                 return _told(on_finish, False)
             else:
                 open_scene(present, file)
+                saving.opened(present.stage, file)
     except UserError as error:
         present.warn("stage-not-opened", url or "new stage", str(error))
         return _told(on_finish, False)
@@ -249,14 +251,17 @@ def _told(on_finish: Any, done: bool) -> bool:
     return done
 
 
-def save(url: str) -> bool:
-    """Writes the stage, flattened, to a local file."""
+def save(url: str, *, flat: bool = True) -> bool:
+    """Writes the stage, flattened or with its references, to a local file."""
     from graph.base.outputs import check_no_link
 
     if "://" in url:
         app().warn("stage-not-saved", url, "remote addresses cannot be written; give a local file")
         return False
     try:
+        if not flat and (file := local_path(url)) is not None:
+            saving.write(app().stage, Path(file))
+            return True
         check_no_link(Path(url))
         if not app().stage.Flatten().Export(url):
             raise OSError("USD cannot write this file")

@@ -241,3 +241,102 @@ def test_random_and_missing_calls_are_refused_with_their_reason(run_script, line
     code, _, err = run_script(f"{SCENE}{line}\napp.close()\n")
     assert code == 1
     assert message in err
+
+
+def test_functional_create_makes_lidars_and_radars_of_their_attributes(ran):
+    lines, _ = ran(f"""{SCENE}
+rep.functional.create.xform(name="World")
+state = "omni:sensor:Core:emitterState:s002:"
+attributes = {{"omni:sensor:Core:scanRateBaseHz": 20.0, state + "azimuthDeg": [0.0, 1.0]}}
+lidar = rep.functional.create.omni_lidar(position=(0, 0, 2), parent="/World", name="Top", **attributes)
+radar = rep.functional.create.omni_radar(name="Radar")
+rows = rep.functional.create_batch.omni_lidar(count=2, parent="/World", name="Row")
+item = rep.create.omni_lidar(position=(1, 0, 0))
+print(lidar.GetPath(), lidar.GetTypeName(), at("/World/Top"), radar.GetTypeName(), [one.GetName() for one in rows])
+print(lidar.GetAttribute("omni:sensor:Core:scanRateBaseHz").Get(), list(lidar.GetAttribute(state + "azimuthDeg").Get()))
+print(item.GetPath(), str(rep.create.render_product(item, (1, 1)).GetPath()).startswith("/Render/"))
+app.close()
+""")
+    assert lines == [
+        "/World/Top OmniLidar [0.0, 0.0, 2.0] OmniRadar ['Row', 'Row_01']",
+        "20 [0.0, 1.0]",
+        "/Replicator/OmniLidar_Xform/OmniLidar True",
+    ]
+
+
+def test_functional_create_material_sets_the_inputs_of_an_mdl_file_and_binds_it(ran):
+    lines, _ = ran(f"""{SCENE}
+from pxr import UsdShade
+cube = rep.functional.create.cube(name="Cube")
+made = rep.functional.create.material(
+    mdl="OmniPBR.mdl", bind_prims=[cube], diffuse_color_constant=(1, 0, 0), metallic_constant=0.5
+)
+wood = rep.functional.create.material(mdl="wood/Oak.mdl", parent="/World/Looks", name="Oak", shine=2.0, grain="oak.png")
+red = UsdShade.Shader(made.GetChild("Shader"))
+oak = UsdShade.Shader(wood.GetChild("Shader"))
+print(made.GetPath(), red.GetSourceAsset("mdl").path, tuple(red.GetInput("diffuse_color_constant").Get()))
+print(UsdShade.MaterialBindingAPI(cube).GetDirectBinding().GetMaterialPath())
+print(wood.GetPath(), oak.GetSourceAsset("mdl").path, oak.GetInput("shine").Get(), oak.GetInput("grain").Get().path)
+app.close()
+""")
+    assert lines == [
+        "/Looks/OmniPBR OmniPBR.mdl (1.0, 0.0, 0.0)",
+        "/Looks/OmniPBR",
+        "/World/Looks/Oak wood/Oak.mdl 2.0 oak.png",
+    ]
+
+
+def test_a_writer_of_the_script_writes_pictures_and_arrays_through_a_backend(ran, tmp_path):
+    """0.5 of a float image is 128 of 255, rounded to even: 127.5 becomes 128."""
+    lines, _ = ran(f"""{LOOKING_DOWN}
+from omni.replicator.core import BackendDispatch
+from omni.replicator.core.scripts.functional import write_np
+disk = rep.backends.get("DiskBackend")
+disk.initialize(output_dir="made")
+disk.schedule(rep.functional.write_image, path="grey.png", data=np.full((2, 2), 0.5, np.float32))
+disk.schedule(rep.functional.write_json, path="deep/a.json", data={{"size": np.int64(3)}})
+old = BackendDispatch({{"paths": {{"out_dir": "made"}}}})
+old.schedule(write_np, path="b.npy", data=np.arange(3))
+old.write_image("rgb.jpg", np.zeros((2, 2, 4), np.uint8))
+rep.BackendDispatch.wait_until_done()
+basic = rep.writers.get("BasicWriter")
+basic.initialize(backend=disk, distance_to_camera=True)
+basic.attach(product)
+rep.orchestrator.step(delta_time=0.0)
+print(sorted(os.listdir("made")), open("made/deep/a.json").read(), np.load("made/b.npy").tolist())
+app.close()
+""")
+    files = "['b.npy', 'deep', 'distance_to_camera_0000.npy', 'grey.png', 'rgb.jpg']"
+    assert lines == [f'{files} {{"size": 3}} [0, 1, 2]']
+    from PIL import Image
+
+    assert Image.open(tmp_path / "made" / "grey.png").getpixel((0, 0)) == 128
+
+
+def test_an_augmented_annotator_gives_changed_data_and_a_device_is_only_said(ran):
+    lines, err = ran(f"""{LOOKING_DOWN}
+rgb = rep.annotators.get("LdrColor", device="cuda").augment("RgbaToRgb")
+double = rep.AnnotatorRegistry.Augmentation.from_function(lambda data, factor=1.0: data * factor)
+depth = rep.AnnotatorRegistry.get_annotator("distance_to_camera").augment(double, factor=2.0)
+rgb.attach(product), depth.attach([product])
+rep.orchestrator.step(delta_time=0.0)
+plain = rep.AnnotatorRegistry.get_annotator("distance_to_camera").attach(product)
+rep.orchestrator.step(delta_time=0.0)
+print(rgb.get_data().shape, round(float(depth.get_data()[3, 4] / plain.get_data()[3, 4]), 6))
+app.close()
+""")
+    assert lines == ["(6, 8, 3) 2.0"]
+    assert "annotator-on-host: LdrColor" in err
+
+
+def test_missing_assets_of_create_are_said_and_generators_repeat_their_numbers(ran):
+    lines, err = ran(f"""{SCENE}
+rep.create.from_usd("/nowhere/cup.usd")
+rep.functional.create.reference(usd_path="/nowhere/plate.usd", name="Plate")
+first, second = (rep.rng.ReplicatorRNG(seed=7).generator.uniform() for _ in range(2))
+print(first == second, bool(stage.GetPrimAtPath("/Plate")))
+app.close()
+""")
+    assert lines == ["True True"]
+    assert "cup.usd does not exist" in err
+    assert "plate.usd does not exist" in err
