@@ -126,9 +126,9 @@ def _of_wing(name: str) -> Any:
     """What the package of a sensor that a wing declares has under a public name. Raises AttributeError."""
     from importlib import import_module
 
-    from graph.base.plugins import SENSORS, of_wings
+    from graph.base.plugins import SENSORS, shipped
 
-    plugins = (plugin for plugin in of_wings(SENSORS).values() if not plugin.absence)
+    plugins = (plugin for plugin in shipped(SENSORS).values() if not plugin.absence)
     for package in dict.fromkeys(plugin.module.rpartition(".")[0] for plugin in plugins):
         if name in import_module(package).__all__:
             return getattr(import_module(package), name)

@@ -20,13 +20,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from graph.isaac.managers.current import orchestrator
 from graph.sim import entered
 
 from .annotators.annotator import Annotator, Product, check_device
 from .annotators.registry import annotator_types, find_annotator, register_annotator
 from .annotators.types import TYPES, AnnotatorType
 from .errors import SensorValueError
+from .orchestrator import Orchestrator
 from .products import render_product
 from .writers import REGISTRY, WriterSpec, writer_specs
 from .writers import AnnotatedWriter as Writer
@@ -128,6 +128,7 @@ class create:  # noqa: N801  (spelt as in omni.replicator.core)
 
 
 annotators = AnnotatorRegistry
+orchestrator = Orchestrator(lambda: entered.current().driver)
 writers = WriterRegistry
 
 __all__ = [

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from graph.base.plugins import SENSORS, leave_out, loaded, of_wings
+from graph.base.plugins import SENSORS, leave_out, loaded, shipped
 from graph.base.records import dataclass, field
 from graph.sim import entered
 from graph.sim.scene import placed_types
@@ -151,7 +151,7 @@ def sensor_problems(stage: Usd.Stage) -> Iterable[tuple[str, str]]:
     from graph.sim.scene.value_types import type_problems
     from graph.sim.usd import Usd
 
-    missing = {name: plugin.absence for name, plugin in of_wings(SENSORS).items() if plugin.absence}
+    missing = {name: plugin.absence for name, plugin in shipped(SENSORS).items() if plugin.absence}
     for prim in stage.Traverse(Usd.TraverseInstanceProxies()):
         name = str(prim.GetTypeName())
         if kind := sensor_type(name):

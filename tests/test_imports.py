@@ -6,6 +6,7 @@ import itertools
 import re
 import subprocess
 import sys
+from importlib import import_module
 from importlib.util import find_spec
 
 import networkx
@@ -15,18 +16,10 @@ from tests.support.places import PACKAGES, ROOT
 
 HEAVY = ("mujoco", "numba", "open3d", "pxr", "matplotlib")
 
-GROUND = "graph.base"
-"""Core modules that know nothing themselves; the world shares them."""
-
-JOINTS = {
-    "graph.session",
-    "graph.isaac",
-    "graph.cli",
-    "graph.testing",
-    "graph.__main__",
-    "graph.usd_files",
-}
-"""Where engine, world, sensors and nodes come together."""
+DOORS = ("graph", "graph.sim")
+"""What users import from; each is a table of names that stand elsewhere."""
+NOT_MODULES = ("graph.values",)
+"""Texts that name a limit, not a module."""
 
 
 def module_name(path):
@@ -72,102 +65,78 @@ def tree_of(path):
     return ast.parse(path.read_text(encoding="utf8"))
 
 
-def layer(name):
-    """The part of the design a module belongs to."""
-    if name == GROUND or name.startswith(f"{GROUND}."):
-        return "leaf"
-    if name == "graph.isaac.managers" or name.startswith("graph.isaac.managers."):
-        return "names"
-    if name == "graph.recording" or name.startswith("graph.recording."):
-        return "recording"
-    if any(name == joint or name.startswith(f"{joint}.") for joint in JOINTS):
-        return "joint"
-    if name == "graph.sim":
-        return "face"
-    if name.startswith("graph.sim."):
-        return "sim"
-    top = name.partition(".")[0]
-    return {"graph": "core", "sensors": "sensors", "nodes": "nodes", "wings": "wings"}.get(top, "foreign")
+def room(name):
+    """The room that a module lies in: a folder of `graph`, or another package; "" for the doors and other modules."""
+    first, _, rest = name.partition(".")
+    if name in (*DOORS, "graph.__main__") or first not in PACKAGES:
+        return ""
+    return rest.partition(".")[0] if first == "graph" else first
 
 
-MAY_IMPORT = {
-    "leaf": {"leaf"},
-    "core": {"leaf", "core"},
-    "sim": {"leaf", "sim"},
-    "names": {"leaf", "sim", "names"},
-    "recording": {"leaf", "sim", "sensors", "recording"},
-    "face": {"leaf", "sim", "names", "recording"},
-    "sensors": {"leaf", "sim", "names", "face", "sensors"},
-    "nodes": {"leaf", "core", "sim", "face", "sensors", "nodes"},
-    "joint": {"leaf", "core", "sim", "names", "recording", "face", "sensors", "nodes", "joint"},
-    "wings": {"leaf", "core", "sim", "names", "recording", "face", "sensors", "nodes", "joint", "wings"},
-}
-"""`names` are Isaac Sim's for the world; `face` is what users import of both: `from graph.sim import App`.
-
-Wings are found by their declarations (`graph.base.plugins`). Only Isaac Sim's names for what a wing has import one, at
-their first use.
-"""
+def rooms_of(for_types):
+    """The rooms and what they import, at any depth, and what they name in texts, by which it could be imported."""
+    found = networkx.DiGraph()
+    for name, path in MODULES.items():
+        texts = ((one.value, one.lineno) for one in ast.walk(tree_of(path)) if isinstance(one, ast.Constant))
+        named = ((one, line) for one, line in texts if one in MODULES and "." in one and one not in NOT_MODULES)
+        for target, line in (*imports_of(name, path, for_types=for_types), *named):
+            if room(name) and room(target) and room(name) != room(target):
+                found.add_edge(room(name), room(target), where=f"{path.relative_to(ROOT)}:{line}")
+    return found
 
 
-def test_every_package_imports_only_downwards():
-    """What goes up goes by name, when it is asked for: the registry fills itself, `App.from_file` assembles."""
-    wrong = [
-        f"{path.relative_to(ROOT)}:{line}: {layer(name)} module imports {target} ({layer(target)})"
-        for name, path in MODULES.items()
-        for target, line in imports_of(name, path)
-        if layer(target) != "foreign" and layer(target) not in MAY_IMPORT[layer(name)]
-        if not (name.startswith("graph.isaac.") and layer(target) == "wings")
-    ]
-    assert wrong == []
+def drawn(arrow):
+    """The arrows of a kind in the drawing on the page of `graph`."""
+    page = (ROOT / "graph/README.md").read_text(encoding="utf8")
+    lines = page.partition("flowchart BT\n")[2].partition("```")[0].splitlines()
+    found = [line.split(f" {arrow} ") for line in lines if f" {arrow} " in line]
+    return {(one.strip(), target.strip()) for one, targets in found for target in targets.split("&")}
 
 
-FOR_WINGS = {f"graph.isaac.modules.{name}" for name in ("acoustic_rtx", "newton_actuators")}
-"""Modules that hold nothing else than names of a wing."""
-
-
-def test_a_wing_is_imported_at_first_use():
-    """Isaac Sim's names for it are, so that all others work without it."""
-    wrong = [
-        f"{path.relative_to(ROOT)}:{line}"
-        for name, path in MODULES.items()
-        if layer(name) != "wings" and name not in FOR_WINGS
-        for target, line in imports_of(name, path, top_level_only=True)
-        if layer(target) == "wings"
-    ]
-    assert wrong == []
+def test_the_drawing_shows_which_room_imports_which():
+    """Each room imports only those below it, and the arrows drawn are the fewest that say which."""
+    rooms, with_types = rooms_of(for_types=False), rooms_of(for_types=True)
+    circles = [sorted(part) for part in networkx.strongly_connected_components(with_types) if len(part) > 1]
+    assert circles == [], [with_types.edges[edge] for part in circles for edge in with_types.subgraph(part).edges]
+    needed = set(networkx.transitive_reduction(rooms).edges)
+    assert drawn("-->") == needed
+    assert drawn("-.->") == set(networkx.transitive_reduction(with_types).edges) - needed
 
 
 def test_no_wing_imports_another():
     wrong = [
         f"{path.relative_to(ROOT)}:{line}: {target}"
         for name, path in MODULES.items()
-        if layer(name) == "wings"
         for target, line in imports_of(name, path, for_types=True)
-        if layer(target) == "wings" and room(target) not in (room(name), "wings")
+        if room(name) == room(target) == "wings" and name.split(".")[1:2] != target.split(".")[1:2]
     ]
     assert wrong == []
 
 
-def test_no_circle_leads_through_the_rooms():
-    """Imports at any depth, those for types alone too; what goes up goes by name."""
-    rooms = networkx.DiGraph()
-    for name, path in MODULES.items():
-        for target, line in imports_of(name, path, for_types=True):
-            if "face" not in (layer(name), layer(target)) and layer(target) != "foreign" and room(name) != room(target):
-                rooms.add_edge(room(name), room(target), where=f"{path.relative_to(ROOT)}:{line}")
-    circles = [sorted(part) for part in networkx.strongly_connected_components(rooms) if len(part) > 1]
-    assert circles == [], [rooms.edges[edge]["where"] for part in circles for edge in rooms.subgraph(part).edges]
-
-
-def test_nothing_inside_imports_the_face():
-    """`from graph import ...` is for users: a room imports from rooms."""
+def test_nothing_inside_imports_from_a_door():
+    """`from graph import ...` and `from graph.sim import App` are for users: a room imports from rooms."""
     wrong = [
         f"{path.relative_to(ROOT)}:{line}"
         for name, path in MODULES.items()
         for target, line in imports_of(name, path, for_types=True)
-        if target == "graph"
+        if target in DOORS
     ]
     assert wrong == []
+
+
+def test_the_stub_of_the_door_names_where_its_names_stand():
+    """Type checkers read `graph/sim/__init__.pyi`; what is imported is what the table says."""
+    door = import_module("graph.sim")
+    stub = ROOT / "graph/sim/__init__.pyi"
+    homes = {}
+    for line in tree_of(stub).body[1:]:
+        module = f"graph.sim.{line.module}" if line.level else line.module
+        homes |= {alias.asname: module for alias in line.names}
+    assert sorted(homes) == sorted(door.__all__)
+    for name, module in homes.items():
+        whole = f"{module}.{name}"
+        home = import_module(whole) if whole in MODULES else getattr(import_module(module), name)
+        assert getattr(door, name) is home, name
 
 
 def test_sensors_name_an_app_for_its_type_alone():
@@ -177,7 +146,7 @@ def test_sensors_name_an_app_for_its_type_alone():
         for name, path in MODULES.items()
         if name.startswith("sensors.")
         for target, line in imports_of(name, path)
-        if target in ("graph.sim", "graph.sim.app", "graph.isaac.managers.app") and names_app(path, line)
+        if target == "graph.sim.app" and names_app(path, line)
     ]
     assert wrong == []
 
@@ -204,7 +173,7 @@ def test_a_circle_of_files_stays_in_its_folder():
     modules = networkx.DiGraph()
     for name, path in MODULES.items():
         for target, _ in imports_of(name, path, for_types=True):
-            if target in MODULES and layer(target) != "face" and target != name:
+            if target in MODULES and target != name:
                 modules.add_edge(name, target)
     circles = [sorted(part) for part in networkx.strongly_connected_components(modules) if len(part) > 1]
     assert [part for part in circles if len({MODULES[name].parent for name in part}) > 1] == []
@@ -224,13 +193,6 @@ def test_the_rooms_of_the_world_stand_above_each_other():
 def world_room(name):
     """The folder of `graph.sim` in which a module lies, else its own name there; "" outside and for the package."""
     return name.split(".")[2] if name.startswith("graph.sim.") else ""
-
-
-def room(name):
-    """The room a module lies in: a folder of `graph`, the names of the world, or `sensors`, or `nodes`, or a wing."""
-    if layer(name) == "names":
-        return "graph.isaac.managers"
-    return ".".join(name.split(".")[:2]) if name.startswith(("graph.", "wings.")) else name.partition(".")[0]
 
 
 def loaded_after(code):

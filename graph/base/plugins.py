@@ -1,8 +1,7 @@
 """Plug-ins: node types, sensors, exports, commands, devices, targets and more: entry points in groups.
 
-TickGraph's own wings (`wings/`) are declared in pyproject.toml, as those of any other package. A clone is read from
-there, so that it need not be installed, and an installation from its table of entry points. Only names of Isaac Sim
-that stand for what a wing has name one.
+TickGraph's own, most of them in wings (`wings/`), are declared in pyproject.toml, as those of any other package. A
+clone is read from there, so that it need not be installed, and an installation from its table of entry points.
 """
 
 from __future__ import annotations
@@ -87,7 +86,18 @@ TARGETS = "tickgraph.targets"
 MODELS = "tickgraph.models"
 """Each a function that opens the file of a scene's model, as `graph.sim.physics.protocol.ModelScene`."""
 ASSETS = "tickgraph.assets"
-"""Each a function that makes the `graph.sim.scene.assets.StandIn` of an asset path from `/Isaac/` on, or gives None."""
+"""Each a function that makes the `graph.sim.scene.assets.StandIn` of an asset path from `/Isaac/` on, or gives None.
+
+TickGraph's own are named by the folder of the assets.
+"""
+NAMES = "tickgraph.names"
+"""Each a module of names of Isaac Sim that a wing has; `graph/isaac/names.txt` says which module of theirs has them."""
+KIT = "tickgraph.kit"
+"""`modules`: the `graph.ogn.kit_modules.KitModules` that the code of nodes may import."""
+READERS = "tickgraph.readers"
+"""`usd`: the function that reads graph files of USD; `ogn`: that which registers the types of a package."""
+WRITERS = "tickgraph.writers"
+"""Each a dict of `sensors.writers.registry.WriterSpec` by the writer's name."""
 
 OGN = "tickgraph.ogn"
 """Packages with `.ogn` files, see `graph.ogn`."""
@@ -104,6 +114,10 @@ _KINDS = {
     FILES: "kind of file",
     TARGETS: "target",
     ASSETS: "stand-in",
+    NAMES: "module of Isaac Sim",
+    KIT: "code",
+    READERS: "reader",
+    WRITERS: "writers",
     MODELS: "scene format",
 }
 _GROUP = re.compile(r'\[(?:project\.entry-points\.)?"?(tickgraph\.\w+)"?\]')
@@ -148,8 +162,8 @@ class Plugin:
         return getattr(module, place) if place else module
 
 
-def of_wings(group: str) -> Mapping[str, Plugin]:
-    """The plug-ins of a group that the wings declare, sorted by name; cheap, for no other package is looked at."""
+def shipped(group: str) -> Mapping[str, Plugin]:
+    """The plug-ins of a group that TickGraph itself declares, sorted by name; no other package is looked at."""
     return {name: Plugin(group, name, value) for name, value in sorted(_declared().get(group, {}).items())}
 
 
@@ -160,8 +174,8 @@ def of_others(*groups: str) -> list[list[Plugin]]:
 
 
 def names(group: str) -> list[str]:
-    """All names of a group, those of wings first."""
-    return list(dict.fromkeys([*of_wings(group), *(plugin.name for plugin in of_others(group)[0])]))
+    """All names of a group, our own first."""
+    return list(dict.fromkeys([*shipped(group), *(plugin.name for plugin in of_others(group)[0])]))
 
 
 def load(group: str, name: str, kind: type[T]) -> T | None:
@@ -169,7 +183,7 @@ def load(group: str, name: str, kind: type[T]) -> T | None:
 
     Raises PluginError, which names the package and the reason in one line, if it cannot be used.
     """
-    plugin = of_wings(group).get(name)
+    plugin = shipped(group).get(name)
     if plugin and plugin.absence:
         raise PluginError(f"the {_KINDS[group]} {name} cannot be used: {plugin.absence}")
     plugin = plugin or next((one for one in of_others(group)[0] if one.name == name), None)
@@ -195,7 +209,7 @@ def required(group: str, name: str, kind: type[T], what: str) -> T:
 
 def loaded(group: str, kind: type[T]) -> Iterator[tuple[Plugin, T]]:
     """Each plug-in that can be used and what it stands for, those of wings first; what is broken gives a warning."""
-    wings = [plugin for plugin in of_wings(group).values() if not plugin.absence]
+    wings = [plugin for plugin in shipped(group).values() if not plugin.absence]
     for plugin in (*wings, *of_others(group)[0]):
         try:
             thing = _of_class(plugin.load(), kind)

@@ -102,14 +102,14 @@ def add_play(parser: argparse.ArgumentParser) -> None:
 
 def add_live(parser: argparse.ArgumentParser) -> None:
     """Adds `--live NAME`, repeatable."""
-    from graph.base.plugins import TRANSPORTS, of_wings
+    from graph.base.plugins import TRANSPORTS, shipped
 
     parser.add_argument(
         "--live",
         action="append",
         default=[],
         metavar="NAME[:HOST][:PORT]",
-        help=f"exchange messages with other programs while the run goes on, over {', '.join(of_wings(TRANSPORTS))} or "
+        help=f"exchange messages with other programs while the run goes on, over {', '.join(shipped(TRANSPORTS))} or "
         "the transport of a package (`graph help live-and-recordings`); may be repeated",
     )
 
@@ -146,9 +146,11 @@ def overrides_of(args: argparse.Namespace) -> dict[str, str]:
 
 def session_of(args: argparse.Namespace, **more: Any) -> Session:
     """Opens the graph file of a command line. more: further options of `open_session`, or other values for these."""
+    from graph.isaac.managers.app import App
     from graph.session.open import open_session
 
     options: dict[str, Any] = {
+        "app_type": App,
         "allow": args.allow,
         "skip_outside": args.skip_outside,
         "settings": getattr(args, "settings", {}),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.gc_pause import collector_paused
-from graph.base.plugins import FILES, TARGETS, of_wings
+from graph.base.plugins import FILES, TARGETS, shipped
 from graph.base.records import dataclass
 
 from .arguments import add_allow, add_nodes, add_set, add_skip_outside, overrides_of
@@ -73,7 +73,7 @@ class Checked:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's options."""
-    kinds = "".join(f", {name} file" for name in of_wings(FILES))
+    kinds = "".join(f", {name} file" for name in shipped(FILES))
     parser.add_argument(
         "files",
         metavar="FILE",
@@ -84,7 +84,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--target",
         metavar="NAME",
-        help=f"also tell what would fail or differ in that product, though not here: {' or '.join(of_wings(TARGETS))}",
+        help=f"also tell what would fail or differ in that product, though not here: {' or '.join(shipped(TARGETS))}",
     )
     parser.add_argument(
         "--fix", action="store_true", help="with --target: apply the safe fixes to graph files, and say what changed"
@@ -102,7 +102,7 @@ def run(args: argparse.Namespace) -> int:
     if args.target is not None:
         checks_of(args.target)
     elif args.fix:
-        raise UserError(f"--fix mends what a product needs; name it: --target {next(iter(of_wings(TARGETS)))}")
+        raise UserError(f"--fix mends what a product needs; name it: --target {next(iter(shipped(TARGETS)))}")
 
     def checked_once(file: str) -> Checked:
         return check(

@@ -19,8 +19,8 @@ from .arguments import add_allow, add_fidelity, add_live, check_folder, fidelity
 from .printing import EXIT_INTERRUPTED, counted, page_width, say, say_json, tell
 
 if TYPE_CHECKING:
+    from graph.isaac.managers.app import App
     from graph.isaac.script import Script, ScriptError
-    from graph.sim import App
 
     from .report import Report
 
@@ -147,8 +147,8 @@ class _Reporting:
 
     def make(self, **options: Any) -> App:
         """The App of the script."""
+        from graph.isaac.managers.app import App
         from graph.session.runner import GraphRunner
-        from graph.sim import App
         from graph.sim.settings import FLAT_SCAN_NEEDS_2D, NODE_ERRORS_STOP
         from graph.sim.timing.run_loop import RealClock
 

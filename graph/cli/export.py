@@ -8,7 +8,7 @@ from pathlib import Path
 
 from graph.base.errors import RunError
 from graph.base.outputs import make_output
-from graph.base.plugins import EXPORTS, FILES, loaded, names, of_wings
+from graph.base.plugins import EXPORTS, FILES, loaded, names, shipped
 
 from .arguments import add_limit, check_folder
 from .printing import say, tell
@@ -19,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's options."""
     from graph.recording.exporting import Format
 
-    several = "".join(f" or of a {name}" for name in of_wings(FILES))
+    several = "".join(f" or of a {name}" for name in shipped(FILES))
     written: dict[str, list[str]] = {}
     for plugin, form in loaded(EXPORTS, Format):
         written.setdefault(form.help, []).append(plugin.name)

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from graph.base.errors import RunError, UserError
-from graph.sim import App
+from graph.isaac.managers.app import App
 from graph.sim.renderer.products import RenderProduct
 from graph.sim.scene.stage import open_stage
 from sensors.frame import Frame

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from importlib import import_module
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 from graph.base.errors import Mark, Problem, UserError
 from graph.base.forms import FormError
 from graph.base.gc_pause import collector_paused
-from graph.base.plugins import FILES, names
+from graph.base.plugins import FILES, READERS, names, required
 from graph.base.records import dataclass
 from graph.spec.file_spec import FileSpec, GraphSpec
 
@@ -20,8 +20,6 @@ from .build import Builder
 from .kinds import file_kind
 from .source import Source, decode, file_format, is_usd, read
 from .text import described
-
-_USD = "graph.usd_files.reading"
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,8 +62,8 @@ def examine(path: str | Path, *, allow: Iterable[str | Path] = (), skip_outside:
     """
     name, roots = str(path), [Path(root) for root in allow]
     if is_usd(name) and Path(path).is_file():
-        # Imported by name, because it is above this package: it reads USD. It has upgraded old ids itself.
-        found: Examined = import_module(_USD).examine(Path(path).absolute(), name, roots, skip_outside=skip_outside)
+        reader = required(READERS, "usd", FunctionType, "reader")  # it upgrades old ids itself
+        found: Examined = reader(Path(path).absolute(), name, roots, skip_outside=skip_outside)
         return found
     return migrated(_examined(Path(path), name, roots))
 

@@ -17,7 +17,7 @@ from typing import Any
 
 from graph.base.suggest import did_you_mean
 
-from .names import Names, home_of, names_of, public_names
+from .names import Names, home_of, names_of, public_names, table
 
 KIT = ("carb", "isaacsim", "omni", "usd", "usdrt")
 """Top-level packages that exist only in Kit."""
@@ -45,7 +45,7 @@ class IsaacModule(ModuleType):
                 return getattr(place, name)
         if self.__name__.endswith(".msg"):
             package = self.__name__.partition(".")[0]
-            return import_module("graph.isaac.modules.rclpy").message_class(f"{package}/msg/{name}")
+            return home_of("rclpy").message_class(f"{package}/msg/{name}")
         if (row := names.row(name)) is not None:
             from .outcomes import outcome
 
@@ -119,6 +119,7 @@ def importable() -> Iterator[None]:
     with _lock:
         _users += 1
         if _users == 1:
+            table()  # looks for the wings, so it is made before the finder is there
             sys.meta_path.append(_FINDER)
             sys.modules.update({name: module for name, module in _ours.items() if name not in sys.modules})
     try:

@@ -13,7 +13,7 @@ from .session import RUN
 if TYPE_CHECKING:
     import asyncio
 
-    from graph.sim import App
+    from .managers.app import App
 
 T = TypeVar("T")
 PLAY, PAUSE, STOP, TICKED = 0, 1, 2, 5

@@ -24,7 +24,8 @@ from .watched import tell_changed
 if TYPE_CHECKING:
     from graph.editing.model import Model
     from graph.evaluate import Node
-    from graph.sim import App
+
+    from .managers.app import App
 
 GRAPH_TYPES = ("OmniGraph", "OmniGraphNode")
 BEFORE_ALL = -(1 << 28)

@@ -1,6 +1,7 @@
 """The table `names.txt`: which modules and names of Isaac Sim exist here, and what becomes of each.
 
-    omni.timeline = timeline               the module has the names of graph/isaac/modules/timeline.py
+    omni.timeline = timeline               the module has the names of graph/isaac/modules/timeline.py, or of a wing's
+                                           module that pyproject.toml declares under this name in "tickgraph.names"
     usdrt.Sdf = usdrt:Sdf                  those of an object in that file
     omni.isaac.kit > isaacsim              an old name of another module
     omni.isaac.core.prims > isaacsim.core.prims old_meanings    the same, with names that meant something else
@@ -18,6 +19,8 @@ from functools import cache
 from importlib import import_module, resources
 from typing import Any
 
+from graph.base.plugins import NAMES, load, shipped
+
 
 @dataclass(frozen=True, slots=True)
 class Row:
@@ -33,15 +36,24 @@ class Names:
 
     known: bool = False
     homes: tuple[str, ...] = ()
-    """Modules in graph/isaac/modules whose `__all__` it has."""
+    """Modules in graph/isaac/modules or in wings whose `__all__` it has."""
     rows: dict[str, Row] = field(default_factory=dict)
     instead: str = ""
     """The present name of a module with an old name."""
     submodules: set[str] = field(default_factory=set)
 
     def row(self, name: str) -> Row | None:
-        """The row of a name, or of all names."""
-        return self.rows.get(name) or self.rows.get("*")
+        """The row of a name, or of all names that are not modules."""
+        return self.rows.get(name) or (None if name in self.submodules else self.rows.get("*"))
+
+    def add_homes(self, homes: list[str]) -> None:
+        """Adds homes, without those of a wing that is not installed: then names that are not elsewhere say so."""
+        for home in homes:
+            plugin = shipped(NAMES).get(home)
+            if plugin and plugin.absence:
+                self.rows["*"] = Row("C", plugin.absence)
+            else:
+                self.homes += (home,)
 
     def public(self) -> list[str]:
         """All names, sorted."""
@@ -66,10 +78,10 @@ def table() -> dict[str, Names]:
         present = found.setdefault(name, Names())
         present.known = True
         if sign == "=":
-            present.homes = tuple(rest.split())
+            present.add_homes(rest.split())
         elif sign == ">":
             old[name], *homes = rest.split()
-            present.homes = tuple(homes)
+            present.add_homes(homes)
     for name, instead in old.items():
         target = found[instead]
         made = found[name]
@@ -88,7 +100,12 @@ def table() -> dict[str, Names]:
 
 
 def home_of(home: str) -> Any:
-    """The module in graph/isaac/modules, or the object in it, that a table's line names: `file` or `file:object`."""
+    """The module in graph/isaac/modules, or the object in it, that a table's line names: `file` or `file:object`.
+
+    For a name that is declared, what a wing has. Raises PluginError without the wing.
+    """
+    if home in shipped(NAMES):
+        return load(NAMES, home, object)
     file, _, name = home.partition(":")
     module = import_module(f"graph.isaac.modules.{file}")
     return getattr(module, name) if name else module

@@ -12,9 +12,8 @@ from graph.base.errors import RunError, UserError
 from graph.sim import entered
 
 if TYPE_CHECKING:
-    from graph.sim import App
-
     from .kit import Kit
+    from .managers.app import App
     from .mirror import Mirror
 
 GRACE = 5

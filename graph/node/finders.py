@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from functools import partial
-from importlib import import_module
+from types import FunctionType
 from typing import Any, Protocol
 
-from graph.base.plugins import NODES, OGN, Plugin, of_others, of_wings
+from graph.base.plugins import NODES, OGN, READERS, Plugin, of_others, required, shipped
 
 from .library import Library
 
@@ -32,15 +32,12 @@ class TypeList(Protocol):
 Finder = Callable[[Any], None]
 """Adds the types it finds to a registry; called once, when an unknown name is first looked up."""
 
-_OGN = "graph.ogn.packages"
-"""The module that reads packages with `.ogn` files; named here and not imported, because it imports this package."""
-
 
 def shipped_types(registry: TypeList) -> None:
     """Adds the names of the shipped types; a type's module is imported when the type is first used."""
     for module, ids in registry.library.types.items():
         registry.note(f"{registry.library.package}.{module}", ids)
-    for type_id, plugin in of_wings(NODES).items():
+    for type_id, plugin in shipped(NODES).items():
         if plugin.absence:
             registry.add_broken(type_id, plugin.absence)
         else:
@@ -53,8 +50,8 @@ def installed_packages(registry: TypeList) -> None:
     for plugin in types:
         registry.add_package(plugin, plugin.load)
     for plugin in ogn:
-        add = partial(import_module(_OGN).register_package, registry, plugin.name, plugin.value)
-        registry.add_package(plugin, add)
+        read = required(READERS, "ogn", FunctionType, "reader")
+        registry.add_package(plugin, partial(read, registry, plugin.name, plugin.value))
 
 
 ALL = (shipped_types, installed_packages)

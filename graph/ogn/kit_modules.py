@@ -1,30 +1,29 @@
-"""Kit's modules for the code of nodes: `import omni.graph.core as og`, `import omni.usd`; see `graph.isaac`.
-
-`graph.isaac` joins the controller and the world, which know this package; so it is imported by name, at first use.
-"""
+"""Kit's modules for the code of nodes: `import omni.graph.core as og`, `import omni.usd`. A plug-in has them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-from importlib import import_module
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from functools import cache
 from typing import Any
 
-
-@contextmanager
-def importable() -> Iterator[None]:
-    """Makes Kit's modules importable within a `with` block."""
-    with import_module("graph.isaac.finder").importable():
-        yield
+from graph.base.plugins import KIT, required
+from graph.base.records import dataclass
 
 
-@contextmanager
-def kit_modules(app: Any) -> Iterator[None]:
-    """Makes Kit's modules importable within a `with` block, and act on this App."""
-    with importable(), import_module("graph.isaac.session").app_of_node(app):
-        yield
+@dataclass(frozen=True, slots=True)
+class KitModules:
+    """`with importable():` makes them importable, `with acting_on(app):` makes them act on this App as well.
+
+    advice: what to do about a missing module of Kit, as the tail of a message; "" for any other module.
+    """
+
+    importable: Callable[[], AbstractContextManager[None]]
+    acting_on: Callable[[Any], AbstractContextManager[None]]
+    advice: Callable[[ImportError], str]
 
 
-def advice(error: ImportError) -> str:
-    """What to do about a missing module of Kit, as the tail of a message; "" for any other module."""
-    return str(import_module("graph.isaac.finder").advice(error))
+@cache
+def kit() -> KitModules:
+    """The modules that are declared."""
+    return required(KIT, "modules", KitModules, "code for the modules of Kit")

@@ -17,7 +17,7 @@ from graph.node.declaration import Compute, NodeType
 from graph.node.registry import Registry
 
 from .database import OgnDatabase
-from .kit_modules import advice, importable, kit_modules
+from .kit_modules import kit
 from .reading import OgnNode, read_ogn
 
 _LOG = logging.getLogger("tickgraph")
@@ -69,11 +69,11 @@ def _implementation(module_name: str, name: str) -> Any:
     """The class named after the file in the module of that name, else the module itself with its `compute`."""
     stem = module_name.rpartition(".")[2]
     try:
-        with importable():
+        with kit().importable():
             module = import_module(module_name)
     except ModuleNotFoundError as error:
         if error.name != module_name:
-            problem = f"its Python, {module_name}, cannot be imported: {error}{advice(error)}"
+            problem = f"its Python, {module_name}, cannot be imported: {error}{kit().advice(error)}"
             raise UserError(f"{name}: {problem}") from error
         raise UserError(f"{name}: there is no {stem}.py beside it with its Python compute") from None
     except Exception as error:
@@ -95,10 +95,10 @@ def _node_type(node: OgnNode, name: str, implementation: Any) -> NodeType:
 
         def compute(db: Database) -> bool:
             try:
-                with kit_modules(db.context.app):
+                with kit().acting_on(db.context.app):
                     return implementation.compute(view) is not False
             except ImportError as error:
-                raise NodeError(f"{error}{advice(error)}") from error
+                raise NodeError(f"{error}{kit().advice(error)}") from error
             finally:
                 view.outputs.close()
 

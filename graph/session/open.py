@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from graph.base.asset_roots import mapped
 from graph.base.errors import Mark, Problem, UserError
@@ -39,6 +39,8 @@ if TYPE_CHECKING:
     from graph.sim.app import App
 
     from .runner import GraphRunner, OnError
+
+    A = TypeVar("A", bound=App)
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,6 +163,7 @@ def build_parts(
 def open_session(
     path: str | Path | FileSpec,
     *,
+    app_type: type[App] | None = None,
     allow: Sequence[str | Path] = (),
     skip_outside: bool = False,
     settings: Mapping[str, Any] | None = None,
@@ -176,10 +179,11 @@ def open_session(
 ) -> Session:
     """Loads, checks and builds everything that `path` names (or a loaded file contains); nothing plays yet.
 
-    `settings` and `fidelity` replace the file's. `on_error` is "stop" or "continue"; None means "continue" for a saved
-    scene with missing assets or nodes that cannot work, else the setting nodeErrorsStop. Nodes that run code from
-    the file are refused unless `allow_scripts`; those of a saved scene do nothing, with a warning. `asset_roots` is as
-    for `App`. Raises UserError with every problem found.
+    `app_type` is the class of the App; None: the one without Isaac Sim's names. `settings` and `fidelity` replace the
+    file's. `on_error` is "stop" or "continue"; None means "continue" for a saved scene with missing assets or nodes
+    that cannot work, else the setting nodeErrorsStop. Nodes that run code from the file are refused unless
+    `allow_scripts`; those of a saved scene do nothing, with a warning. `asset_roots` is as for `App`. Raises UserError
+    with every problem found.
     """
     from graph.evaluate.script_permission import script_problems
 
@@ -200,13 +204,22 @@ def open_session(
     if parts.spec is None or parts.problems or (refused and not parts.spec.lenient):
         found = [*parts.problems, *([] if parts.spec and parts.spec.lenient else refused)]
         raise UserError(sorted(found, key=_place))
-    return start(parts, folders, seed=seed, realtime=realtime, on_error=on_error, allow_scripts=allow_scripts)
+    return start(
+        parts,
+        folders,
+        app_type=app_type,
+        seed=seed,
+        realtime=realtime,
+        on_error=on_error,
+        allow_scripts=allow_scripts,
+    )
 
 
 def start(
     parts: Parts,
     folders: Sequence[Path] = (),
     *,
+    app_type: type[App] | None = None,
     seed: int = 0,
     realtime: bool = False,
     on_error: OnError | None = None,
@@ -214,7 +227,7 @@ def start(
 ) -> Session:
     """The App over parts without problems, with their graphs bound to it; options as in `open_session`."""
     from graph.evaluate.script_permission import script_problems
-    from graph.sim import App
+    from graph.sim.app import App
     from graph.sim.scene.diagnostics import reading
     from graph.sim.timing.run_loop import RealClock
 
@@ -224,7 +237,7 @@ def start(
     spec = parts.spec
     assert spec is not None
     with reading(str(spec.scene.usd or spec.path)):
-        app = App(
+        app = (app_type or App)(
             parts.stage,
             mjcf=parts.mjcf,
             physics_hz=spec.clock.physics_hz,
@@ -254,7 +267,7 @@ def start(
     return Session(spec, app, runner, parts.drawn)
 
 
-def open_app(app_type: type[App], path: str | Path | FileSpec, **options: Any) -> App:
+def open_app(app_type: type[A], path: str | Path | FileSpec, **options: Any) -> A:
     """`App.from_file`: the App of an opened graph file, with its graphs bound to it. Options as in `open_session`.
 
     device: the knob of that name, as for `App`.
@@ -262,7 +275,9 @@ def open_app(app_type: type[App], path: str | Path | FileSpec, **options: Any) -
     device = options.pop("device", None)
     if device is not None:
         options["fidelity"] = {**(options.get("fidelity") or {}), "device": device}
-    return open_session(path, **options).app
+    app = open_session(path, app_type=app_type, **options).app
+    assert isinstance(app, app_type)
+    return app
 
 
 def option_problems(spec: FileSpec) -> list[Problem]:

@@ -12,7 +12,7 @@ from .open import build_parts
 from .runner import graphs_of
 
 if TYPE_CHECKING:
-    from graph.sim import App
+    from graph.sim.app import App
 
 
 def open_scene(app: App, path: str | Path, allow: Sequence[str | Path] = ()) -> None:

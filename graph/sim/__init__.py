@@ -1,42 +1,12 @@
-"""The face of the world that graphs run on: App, settings, clocks, stage, messages, and Isaac Sim's managers.
+"""What scripts import: App, settings, clocks, stage and messages of the world, Isaac Sim's managers, the MCAP writer.
 
-Names are imported at their first use (PEP 562): importing this package loads no heavy library.
+A table of names, imported at their first use (PEP 562), which defines nothing; their types stand in `__init__.pyi`.
+It is for users: our own code imports a name from the module that defines it.
 """
-
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
 
 from graph.base.lazy_names import lazy_names
 
-if TYPE_CHECKING:
-    from graph.isaac.managers import app_utils as app_utils
-    from graph.isaac.managers.app import App as App
-    from graph.isaac.managers.current import RenderingManager as RenderingManager
-    from graph.isaac.managers.current import SimulationManager as SimulationManager
-    from graph.isaac.managers.mjc_scene import NewtonMjcScene as NewtonMjcScene
-    from graph.isaac.managers.physics_scene import PhysicsScene as PhysicsScene
-    from graph.isaac.managers.physx_scene import PhysxGpuCfg as PhysxGpuCfg
-    from graph.isaac.managers.physx_scene import PhysxScene as PhysxScene
-    from graph.isaac.managers.rendering import RenderingEvent as RenderingEvent
-    from graph.isaac.managers.simulation_events import IsaacEvents as IsaacEvents
-    from graph.isaac.managers.simulation_events import SimulationEvent as SimulationEvent
-    from graph.recording.mcap_sink import McapSink as McapSink
-    from graph.sim.timing.run_loop import RealClock as RealClock
-    from graph.sim.timing.run_loop import VirtualClock as VirtualClock
-
-    from .fidelity import Fidelity as Fidelity
-    from .messages.bus import CountingSink as CountingSink
-    from .messages.bus import MemorySink as MemorySink
-    from .messages.bus import MessageBus as MessageBus
-    from .renderer.products import RenderProduct as RenderProduct
-    from .renderer.schedule import Tick as Tick
-    from .renderer.schedule import TickSchedule as TickSchedule
-    from .scene.stage import register_schemas as register_schemas
-    from .settings import Settings as Settings
-    from .worlds import Worlds as Worlds
-
-_HOME = {
+_HOMES = {
     "App": ".isaac.managers.app",
     "CountingSink": "messages.bus",
     "Fidelity": "fidelity",
@@ -62,6 +32,6 @@ _HOME = {
     "app_utils": ".isaac.managers.app_utils",
     "register_schemas": "scene.stage",
 }
-__all__ = list(_HOME)
+__all__ = list(_HOMES)
 
-__getattr__, __dir__ = lazy_names(__name__, _HOME)
+__getattr__, __dir__ = lazy_names(__name__, _HOMES)

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from fractions import Fraction
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -192,12 +191,6 @@ class App(Suggesting):
 
     def _complete(self) -> None:
         """Called when all parts are made."""
-
-    @classmethod
-    def from_file(cls, path: str | Path, **options: Any) -> Self:
-        """The App of a graph file, with its graphs bound to it. Options as in `graph.session.open.open_session`."""
-        app: Self = import_module("graph.session.open").open_app(cls, path, **options)
-        return app
 
     @classmethod
     def current(cls) -> Self:

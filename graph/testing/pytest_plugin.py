@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from graph.sim.app import App
+    from graph.isaac.managers.app import App
     from graph.testing.cases import Case
     from graph.testing.node import Trace
     from graph.testing.trace import GraphTrace
@@ -53,7 +53,7 @@ def make_app() -> Iterator[Callable[..., App]]:
     With `stage=` or without a first argument the options are those of `App`; with a graph file those of
     `App.from_file`.
     """
-    from graph.sim import App
+    from graph.isaac.managers.app import App
 
     with ExitStack() as cleanup:
 

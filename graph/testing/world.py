@@ -69,9 +69,10 @@ def observe(
     allow_scripts: bool = False,
 ) -> Observed:
     """Opens the App of a file and observes it; `cleanup` closes it. Raises UserError with every problem."""
-    from graph.session.open import open_session
+    from graph.isaac.managers.app import App
+    from graph.session.open import open_app
 
-    app = open_session(spec, allow=allow, seed=seed, registry=registry, allow_scripts=allow_scripts).app
+    app = open_app(App, spec, allow=allow, seed=seed, registry=registry, allow_scripts=allow_scripts)
     cleanup.enter_context(app)
     observed = Observed(app)
     app.bus.subscribe(observed)

@@ -12,7 +12,7 @@ from graph.base.records import dataclass, field
 from graph.evaluate.script_permission import REFUSED
 from graph.node import Attribute, Database, node_type
 from graph.ogn.database import OgnDatabase, log_print
-from graph.ogn.kit_modules import advice, kit_modules
+from graph.ogn.kit_modules import kit
 
 MAX_BYTES = 1_000_000
 CALLBACKS = ("setup", "compute", "cleanup")
@@ -103,7 +103,7 @@ def _load(db: Database, memory: _Script, origin: tuple[Any, ...]) -> None:
     source = _text(db, *origin) if len(origin) > 1 else origin[0]
     memory.db = ScriptView(db)
     memory.names = {"__name__": "__script__", "db": memory.db, "print": log_print}
-    with kit_modules(db.context.app):
+    with kit().acting_on(db.context.app):
         memory.names["og"] = import_module("omni.graph.core")
     memory.code = _guarded(db, lambda: compile(source, _label(db), "exec"))
     if any(f"def {name}" in source for name in CALLBACKS):
@@ -153,7 +153,7 @@ def _guarded(db: Database, call: Any) -> Any:
     from graph.node.database import NodeError
 
     try:
-        with kit_modules(db.context.app):
+        with kit().acting_on(db.context.app):
             return call()
     except NodeError:
         raise
@@ -162,5 +162,5 @@ def _guarded(db: Database, call: Any) -> Any:
         lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == label]
         line = error.lineno if isinstance(error, SyntaxError) else lines[-1] if lines else None
         text = error.msg if isinstance(error, SyntaxError) else str(error)
-        text += advice(error) if isinstance(error, ImportError) else ""
+        text += kit().advice(error) if isinstance(error, ImportError) else ""
         raise NodeError(f"line {line} of its script: {type(error).__name__}: {text}") from error

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from importlib import import_module
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
+from graph.base import plugins
 from graph.base.suggest import did_you_mean
 from sensors.annotators.annotator import Product, only_product
 from sensors.channels import Consumer
@@ -24,18 +25,18 @@ if TYPE_CHECKING:
 
 REGISTRY["BasicWriter"] = WriterSpec(BasicWriter, channels=frozenset())
 
-LIBRARIES = ("nodes.ros2.writers",)
-"""Modules above the sensors whose `WRITERS` are in the registry, too; imported at the first look-up."""
-
 
 def writer_specs() -> dict[str, WriterSpec]:
-    """Every writer by its name in the registry: those for all sensors, of sensor types, and of the node library."""
-    found = dict(REGISTRY)
-    for module in LIBRARIES:
-        found |= import_module(module).WRITERS
+    """Every writer by its name in the registry: those for all sensors, of sensor types, and declared ones."""
+    found = {**REGISTRY, **_declared()}
     for kind in sensor_types().values():
         found |= kind.writers
     return found
+
+
+@cache
+def _declared() -> dict[str, WriterSpec]:
+    return {name: spec for _, declared in plugins.loaded(plugins.WRITERS, dict) for name, spec in declared.items()}
 
 
 WRITERS: dict[str, WriterSpec] = {"draw-point-cloud": REGISTRY[DEBUG_DRAW]}

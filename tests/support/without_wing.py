@@ -14,14 +14,14 @@ from pathlib import Path
 
 import pytest
 
-from graph.base.plugins import COMMANDS, NODES, of_wings
+from graph.base.plugins import COMMANDS, NODES, shipped
 from tests.support.places import ROOT
 
 WINGS = sorted(path.name for path in (ROOT / "wings").iterdir() if (path / "__init__.py").exists())
 """The names of all wings."""
 
 
-MISSING = {type_id for type_id, plugin in of_wings(NODES).items() if plugin.absence}
+MISSING = {type_id for type_id, plugin in shipped(NODES).items() if plugin.absence}
 """The node types whose wing is missing in this tree: none in a whole one."""
 
 
@@ -31,7 +31,7 @@ def needs_wing(wing: str) -> pytest.MarkDecorator:
 
 
 needs_every_command = pytest.mark.skipif(
-    any(plugin.absence for plugin in of_wings(COMMANDS).values()), reason="needs the wings that bring commands"
+    any(plugin.absence for plugin in shipped(COMMANDS).values()), reason="needs the wings that bring commands"
 )
 """Skips a test of pages that list all commands."""
 

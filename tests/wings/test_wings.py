@@ -20,7 +20,7 @@ DECLARED = {
 
 
 def test_the_declarations_are_read_as_toml_reads_them():
-    assert {group: {one.name: one.value for one in plugins.of_wings(group).values()} for group in DECLARED} == DECLARED
+    assert {group: {one.name: one.value for one in plugins.shipped(group).values()} for group in DECLARED} == DECLARED
 
 
 def test_a_table_of_entry_points_says_the_same(tmp_path, monkeypatch):
@@ -31,16 +31,17 @@ def test_a_table_of_entry_points_says_the_same(tmp_path, monkeypatch):
     (info / "entry_points.txt").write_text("\n".join(["[console_scripts]", "graph = graph.cli:command", "", *lines]))
     (tmp_path / "graph").symlink_to(ROOT / "graph")
     code = (
-        "from graph.base.plugins import of_wings\n"
-        f"print({{group: {{name: one.value for name, one in of_wings(group).items()}} for group in {[*DECLARED]!r}}})"
+        "from graph.base.plugins import shipped\n"
+        f"print({{group: {{name: one.value for name, one in shipped(group).items()}} for group in {[*DECLARED]!r}}})"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=environment(tmp_path), capture_output=True)
     assert (done.stderr, ast.literal_eval(done.stdout.decode())) == (b"", DECLARED)
 
 
 def test_every_wing_is_declared_and_every_declaration_loads():
-    everything = [plugin for group in DECLARED for plugin in plugins.of_wings(group).values()]
-    assert {plugin.module.split(".")[1] for plugin in everything} == set(WINGS)
+    everything = [plugin for group in DECLARED for plugin in plugins.shipped(group).values()]
+    modules = [plugin.module.split(".") for plugin in everything]
+    assert {wing for package, wing, *_ in modules if package == "wings"} == set(WINGS)
     assert all(plugin.load() is not None and plugin.absence == "" for plugin in everything)
 
 
@@ -156,3 +157,33 @@ def test_everything_else_works_without_the_wing(wing, tmp_path):
     shipped = [one for one in DEFAULT.all() if one.shipped]
     gone = [one for one in shipped if one.origin.startswith(f"wings.{wing}.")]
     assert int(done.stdout.split()[0]) == len(shipped) - len(gone)
+
+
+NAMED = """
+import graph.isaac
+with graph.isaac.importable():
+    from isaacsim.robot.wheeled_robots import DifferentialController
+    from {module} import {name}
+DifferentialController(wheel_radius=0.1, wheel_base=0.5)
+try:
+    {name}("/World/Sensor")
+except NotImplementedError as error:
+    print(error)
+"""
+
+
+@pytest.mark.parametrize(
+    ("wing", "module", "name"),
+    [
+        ("robots", "isaacsim.robot.wheeled_robots", "HolonomicController"),
+        ("robots", "isaacsim.robot.experimental.wheeled_robots.controllers", "AckermannController"),
+        ("acoustic", "isaacsim.sensors.experimental.rtx", "AcousticSensor"),
+    ],
+)
+def test_a_name_of_isaac_sim_says_which_wing_it_needs(wing, module, name, tmp_path):
+    """It can be imported, as all names that refuse; the other names of its module work."""
+    tree = tree_without(wing, tmp_path)
+    code = NAMED.format(module=module, name=name)
+    run = subprocess.run([sys.executable, "-c", code], cwd=tree, env=environment(tree), capture_output=True, text=True)
+    reason = f"it comes with the wing wings.{wing}, which is not installed; reinstall tickgraph, or restore the folder"
+    assert (run.stdout, run.stderr) == (f"{module}.{name}: {reason} wings/{wing}\n", "")

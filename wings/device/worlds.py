@@ -83,8 +83,8 @@ class Worlds:
         rows: int | None = None,
         **options: Any,
     ) -> None:
+        from graph.isaac.managers.app import App
         from graph.session.by_world import WorldDraws
-        from graph.sim.app import App
         from sensors.raycast.shared import cast_world
 
         if count < 1:

@@ -11,9 +11,10 @@ from functools import partial
 from typing import Any
 
 from graph.sim.scene.assets import StandIn
+from graph.sim.scene.lamps import LAMP_RADIUS
 from graph.sim.usd import Usd, UsdGeom
 
-from .parts import LAMP_RADIUS, add_box, ground, make_body
+from .parts import add_box, ground, make_body
 from .robots import (
     CARTER,
     FORKLIFT,

@@ -176,10 +176,12 @@ def _playing(scene: Scene, setting: Setting) -> Iterator[Session]:
 
 
 def _opened(scene: Scene, setting: Setting) -> Session:
+    from graph.isaac.managers.app import App
     from graph.session.open import open_session
 
     return open_session(
         scene.file,
+        app_type=App,
         allow=scene.allow,
         skip_outside=scene.skip_outside,
         settings=scene.settings,

@@ -1,1 +1,1 @@
-"""The world in Isaac Sim's names: App, its managers, physics scenes, loop runner and orchestrator."""
+"""The world in Isaac Sim's names: App, its managers, physics scenes and loop runner."""

@@ -1,14 +1,20 @@
-"""`graph.sim.App`: the App whose simulation, rendering and run loop have Isaac Sim's names too."""
+"""`graph.sim.App`: the App that opens graph files, with Isaac Sim's names for simulation, rendering and run loop."""
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
 from graph.sim import app
 from graph.sim.timing.clocks import PhysicsClock
+from sensors.orchestrator import Orchestrator
 
 from .loop_runner import LoopRunner
-from .orchestrator import Orchestrator
 from .rendering import Rendering
 from .simulation_manager import ManagedSimulation
+
+if TYPE_CHECKING:
+    from typing import Self
 
 
 class App(app.App):
@@ -16,6 +22,13 @@ class App(app.App):
 
     simulation: ManagedSimulation
     rendering: Rendering
+
+    @classmethod
+    def from_file(cls, path: str | Path, **options: Any) -> Self:
+        """The App of a graph file, with its graphs bound to it. Options as in `graph.session.open.open_session`."""
+        from graph.session.open import open_app
+
+        return open_app(cls, path, **options)
 
     @property
     def loop(self) -> LoopRunner:
@@ -25,7 +38,7 @@ class App(app.App):
     @property
     def orchestrator(self) -> Orchestrator:
         """Makes steps that return after attached writers have been called."""
-        return Orchestrator(self.driver)
+        return Orchestrator(lambda: self.driver)
 
     def _new_rendering(self, clock: PhysicsClock) -> Rendering:
         return Rendering(clock, self.run_loop, self.timeline, self.settings, self.stage, self.warn)

@@ -49,7 +49,3 @@ class SimulationManager(metaclass=_OfCurrentApp, part="simulation"):
 
 class RenderingManager(metaclass=_OfCurrentApp, part="rendering"):
     """`app.rendering` of the current App: `graph.isaac.managers.rendering.Rendering` documents the calls."""
-
-
-class orchestrator(metaclass=_OfCurrentApp, part="orchestrator"):  # noqa: N801  (spelt as in omni.replicator.core)
-    """`app.orchestrator` of the current App: `graph.isaac.managers.orchestrator.Orchestrator` documents the calls."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib import import_module
 from typing import Any
 
 import numpy as np
 
 from graph.base.suggest import did_you_mean
+from graph.isaac.names import home_of
 from graph.isaac.outcomes import UnsupportedError, tell_inert
 from graph.isaac.session import app, warn
 from graph.sim.usd import Gf, Sdf, UsdGeom
@@ -151,7 +151,7 @@ def _rtx(kind: str, default: str, module: str = "sensors_rtx") -> Callable[..., 
         if attributes:
             options["attributes"] = attributes
         full = _free(_sensor_path(path, parent))
-        type_ = getattr(import_module(f"graph.isaac.modules.{module}"), kind)
+        type_ = getattr(home_of(module), kind)
         if config is not None and usd_path is not None:
             warn("command-argument-ignored", full, f"config {config} makes it; usd_path is left out")
             usd_path = None

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
+from graph.isaac.managers.mjc_scene import NewtonMjcScene
+from graph.isaac.managers.physics_scene import PhysicsScene
+from graph.isaac.managers.physx_scene import PhysxGpuCfg, PhysxScene
+from graph.isaac.managers.rendering import RenderingEvent
+from graph.isaac.managers.simulation_events import IsaacEvents, SimulationEvent
 from graph.isaac.outcomes import tell_inert
 from graph.isaac.session import RUN, app, kit
-from graph.sim import (
-    IsaacEvents,
-    NewtonMjcScene,
-    PhysicsScene,
-    PhysxGpuCfg,
-    PhysxScene,
-    RenderingEvent,
-    SimulationEvent,
-)
 from graph.sim.scene.scene_attributes import scene_prims
 
 from .prims import attribute

@@ -9,6 +9,7 @@ import numpy as np
 from graph.isaac.outcomes import inert
 from graph.isaac.parameters import renamed
 from graph.isaac.session import app
+from graph.sim.scene.lamps import sphere_light
 
 from .old_objects import GroundPlane
 
@@ -75,12 +76,10 @@ class Scene:
         dynamic_friction: float = 0.5,
         restitution: float = 0.8,
     ) -> GroundPlane:
-        from wings.stand_ins.parts import LAMP_HEIGHT, sphere_light
-
         made = self.add_ground_plane(None, z_position, name, prim_path, static_friction, dynamic_friction, restitution)
         lamp = f"{made.prim_path}/SphereLight"
         if not self.stage.GetPrimAtPath(lamp):
-            sphere_light(self.stage, lamp, LAMP_HEIGHT)
+            sphere_light(self.stage, lamp)
         return made
 
     def compute_object_AABB(self, name: str) -> tuple[np.ndarray, np.ndarray]:

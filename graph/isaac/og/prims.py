@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from importlib import import_module
 from typing import Any
 
 from graph.base.suggest import did_you_mean
@@ -34,7 +33,8 @@ class PrimPlan:
         path, attributes, kind = _parts(entry)
         if self._app is None:
             raise OmniGraphError(f"prim {path} needs a stage; edit the graphs of an App")
-        usd = import_module("graph.sim.usd")
+        from graph.sim import usd
+
         if not is_path(path) or not path.startswith("/"):
             raise OmniGraphError(f'"{path}" is not an absolute prim path')
         if path in self._entries or self._app.stage.GetPrimAtPath(path):
@@ -49,8 +49,10 @@ class PrimPlan:
         live = self._app.live
         if live is None or live.watch.collecting or self._app.when_playing == "recompile":
             return
+        from graph.sim.live.roles import role_of
+
         scratch = usd.Usd.Stage.CreateInMemory()
-        role = import_module("graph.sim.live.roles").role_of(scratch.DefinePrim(path, kind))
+        role = role_of(scratch.DefinePrim(path, kind))
         if role:
             raise OmniGraphError(
                 f"prim {path} ({role.strip()}) cannot come while the world plays; stop first, edit inside `with "
@@ -86,7 +88,8 @@ def _typed(usd: Any, path: str, name: str, given: Any) -> tuple[Any, Any]:
     type_ = usd.Sdf.ValueTypeNames.Find(_usd_name(written))
     if not type_:
         raise OmniGraphError(f'prim {path}: {name}: no attribute type "{written}"{did_you_mean(written, TYPES)}')
-    values = import_module("graph.usd_files.values")
+    from graph.usd_files import values
+
     ours = values.ogn_name(str(type_))
     if ours is None:
         raise OmniGraphError(f"prim {path}: {name}: values of type {written} cannot be given here")
@@ -100,4 +103,6 @@ def _usd_name(written: str) -> str:
     """`point3d` for pointd[3]; a name that is not an OGN type may be a USD type."""
     if written not in TYPES:
         return written
-    return str(import_module("graph.usd_files.values").sdf_name(TYPES[written]))
+    from graph.usd_files.values import sdf_name
+
+    return str(sdf_name(TYPES[written]))

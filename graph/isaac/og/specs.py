@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from importlib import import_module
 from typing import Any
 
 from graph.base.suggest import did_you_mean
@@ -47,9 +46,11 @@ def new_spec(graphs: GraphSet, graph_id: Any) -> GraphSpec:
 
 def _refuse_other_prims(graphs: GraphSet, path: str) -> None:
     """Raises OmniGraphError if the path is that of another prim on the stage."""
+    from graph.session.stage import GRAPH_PRIMS
+
     prim = graphs.app.stage.GetPrimAtPath(path) if graphs.app is not None else None
     kind = str(prim.GetTypeName()) if prim else ""
-    if kind not in import_module("graph.session.stage").GRAPH_PRIMS:
+    if kind not in GRAPH_PRIMS:
         raise OmniGraphError(f"{path} is a {kind} on the stage; give the graph another path")
 
 

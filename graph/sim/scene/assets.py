@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Sequence
-from importlib import import_module
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import FunctionType
 from typing import Any
 
 from graph.base import asset_roots
-from graph.base.plugins import ASSETS, names, required
+from graph.base.plugins import ASSETS, names, required, shipped
 from graph.base.records import dataclass
 
-SENSORS = "/Isaac/Sensors/"
 MOST_NAMED = 3
 """Most prims that a message names."""
 
@@ -64,11 +62,16 @@ def stand_in(asset: str) -> StandIn | None:
 
 @functools.cache
 def _stand_in(tail: str) -> StandIn | None:
-    if tail.startswith(SENSORS):  # by name, because the sensors know this package
-        makers: Sequence[Callable[[str], StandIn | None]] = [import_module("sensors.configs.assets").stand_in]
-    else:
-        makers = [required(ASSETS, name, FunctionType, "stand-in") for name in names(ASSETS)]
-    return next(filter(None, (make(tail) for make in makers)), None)
+    return next(filter(None, (make(tail) for make in _makers(tail))), None)
+
+
+def _makers(tail: str) -> Iterator[Callable[[str], StandIn | None]]:
+    """Of our own that for the innermost folder with the asset, then those of other packages."""
+    own = shipped(ASSETS)
+    yield required(ASSETS, max((one for one in own if tail.startswith(f"/{one}/")), key=len), FunctionType, "stand-in")
+    for name in names(ASSETS):
+        if name not in own:
+            yield required(ASSETS, name, FunctionType, "stand-in")
 
 
 def looked_for(asset: str, folder: Path) -> str:

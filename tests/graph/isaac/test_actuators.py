@@ -2,6 +2,10 @@
 
 import pytest
 
+from tests.support.without_wing import needs_wing
+
+pytestmark = needs_wing("actuators")
+
 SCENE = """
 from isaacsim import SimulationApp
 app = SimulationApp()

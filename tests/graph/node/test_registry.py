@@ -10,7 +10,7 @@ from importlib import import_module
 import pytest
 
 from graph import Attribute, NodeType, UserError, declare, node_type
-from graph.base.plugins import NODES, of_wings
+from graph.base.plugins import NODES, shipped
 from graph.node.attribute_names import names_in_order
 from graph.node.registry import DEFAULT, Registry, UnknownNodeTypeError
 from tests.support.places import LIBRARY_FACTS, ROOT
@@ -87,7 +87,7 @@ def test_the_index_of_the_library_names_every_type_where_it_is_registered():
         import_module(".".join(path.relative_to(ROOT).with_suffix("").parts))
     registered = {(one.id, one.origin.rpartition(":")[0]) for one in DEFAULT.all() if one.shipped}
     own = {(type_id, f"nodes.{module}") for module, ids in nodes.TYPES.items() for type_id in ids}
-    wings = {(type_id, plugin.module) for type_id, plugin in of_wings(NODES).items() if type_id not in MISSING}
+    wings = {(type_id, plugin.module) for type_id, plugin in shipped(NODES).items() if type_id not in MISSING}
     assert own | wings == registered
 
 

@@ -1,14 +1,14 @@
-"""The acoustic sensors of `isaacsim.sensors.experimental.rtx`: names for what a wing has; imported at first use."""
+"""The acoustic sensors of `isaacsim.sensors.experimental.rtx`."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from wings.acoustic.authoring import SUPPORTED_ACOUSTIC_CONFIGS
-from wings.acoustic.authoring import Acoustic as OurAcoustic
-from wings.acoustic.sensor import AcousticSensor as OurAcousticSensor
+from graph.isaac.modules.sensors_rtx import Product, Wrapping, data_of
 
-from .sensors_rtx import Product, Wrapping, data_of
+from .authoring import SUPPORTED_ACOUSTIC_CONFIGS
+from .authoring import Acoustic as OurAcoustic
+from .sensor import AcousticSensor as OurAcousticSensor
 
 __all__ = ["SUPPORTED_ACOUSTIC_CONFIGS", "Acoustic", "AcousticSensor"]
 

@@ -7,13 +7,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from graph.isaac.managers.simulation_events import SimulationEvent
+from graph.isaac.modules.articulation import Articulation
+from graph.isaac.modules.managers import SimulationManager
 from graph.isaac.results import numbers, rows
 from graph.isaac.session import app
-from graph.sim import SimulationEvent
 from graph.sim.usd import Sdf, Usd, UsdPhysics
 
-from .articulation import Articulation
-from .managers import SimulationManager
+from .laws import Controller
+from .robot import Actuated, Actuator, actuators_below
 
 __all__ = [
     "ActuatorConfig",
@@ -162,8 +164,6 @@ class ArticulationActuators:
         device: str | None = None,
         _skip_discovery: bool = False,
     ) -> None:
-        from wings.actuators.robot import actuators_below
-
         self._articulation = Articulation(paths)
         found = {}
         if not _skip_discovery and len(self._articulation):
@@ -182,9 +182,6 @@ class ArticulationActuators:
     def from_actuators(
         cls, paths: Any, actuators: list[tuple[ActuatorConfig, str]], *, auto_step_pre_physics: bool = True
     ) -> ArticulationActuators:
-        from wings.actuators.laws import Controller
-        from wings.actuators.robot import Actuator
-
         made = cls(paths, auto_step_pre_physics=auto_step_pre_physics, _skip_discovery=True)
         found: dict[int, Any] = {}
         for config, name in actuators:
@@ -203,8 +200,6 @@ class ArticulationActuators:
         return made
 
     def _take(self, found: Mapping[int, Any]) -> None:
-        from wings.actuators.robot import Actuated
-
         self._actuated = Actuated(app(), self._articulation.paths, found)
 
     def __enter__(self) -> ArticulationActuators:

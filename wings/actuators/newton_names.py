@@ -1,6 +1,6 @@
 """`newton.actuators`, where Newton is not installed."""
 
-from wings.actuators.laws import (
+from .laws import (
     Clamping,
     ClampingDCMotor,
     ClampingMaxEffort,
@@ -10,7 +10,7 @@ from wings.actuators.laws import (
     ControllerPID,
     Delay,
 )
-from wings.actuators.robot import Actuator
+from .robot import Actuator
 
 __all__ = [
     "Actuator",

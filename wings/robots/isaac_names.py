@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from .robots import BaseController
-from .values import ArticulationAction
+from graph.isaac.modules.robots import BaseController
+from graph.isaac.modules.values import ArticulationAction
+
+from . import ackermann, holonomic, quintic
 
 __all__ = [
     "AckermannController",
-    "ExperimentalAckermannController",
-    "ExperimentalHolonomicController",
     "HolonomicController",
     "normalize_angle",
     "pid_control",
@@ -45,8 +45,6 @@ class ExperimentalAckermannController:
 
     def forward(self, command: Any) -> tuple[Any, Any]:
         """Two steered angles and four wheel speeds for an angle, its rate, a speed, its rate, and a time step."""
-        from wings.robots import ackermann
-
         front = self.front_wheel_radius or self.back_wheel_radius
         if len(command) != 5 or not front:
             return None, None
@@ -138,8 +136,6 @@ class ExperimentalHolonomicController:
         self.up_axis = np.asarray((0, 0, 1) if up_axis is None else up_axis, np.float64)
         self.max_linear_speed, self.max_angular_speed = max_linear_speed, max_angular_speed
         self.max_wheel_speed, self.linear_gain, self.angular_gain = max_wheel_speed, linear_gain, angular_gain
-        from wings.robots import holonomic
-
         ways = holonomic.drive_directions(self.wheel_orientations, self.mecanum_angles, self.wheel_axis, self.up_axis)
         self.base_dir = (ways * self.wheel_radius[:, None]).T
         """(3, n) velocity of the body for each wheel's unit speed."""
@@ -147,8 +143,6 @@ class ExperimentalHolonomicController:
 
     def forward(self, command: Any) -> Any:
         """(n,) wheel speeds [rad/s] for the body's speeds along x and y [m/s] and its turn rate [rad/s]."""
-        from wings.robots import holonomic
-
         body = holonomic.Platform(self._wheels, self.max_linear_speed, self.max_angular_speed, self.max_wheel_speed)
         ahead, aside, turn = (float(one) for one in command)
         return body.speeds(ahead * self.linear_gain, aside * self.linear_gain, turn * self.angular_gain)
@@ -216,11 +210,19 @@ def quintic_polynomials_planner(
     dt: float,
 ) -> tuple[list[float], ...]:
     """Times, x, y, headings, speeds, accelerations and jerks of a path. Raises ValueError if none keeps the limits."""
-    from wings.robots import quintic
-
     start, goal = quintic.Stance(sx, sy, syaw, sv, sa), quintic.Stance(gx, gy, gyaw, gv, ga)
     path = quintic.plan_path(start, goal, max_accel, max_jerk, dt)
     if not path.within:
         raise ValueError(f"no path of {quintic.DURATIONS[0]} to {quintic.DURATIONS[-1]} s keeps max_accel and max_jerk")
     out = (path.times, path.xs, path.ys, path.headings, path.speeds, path.accelerations, path.jerks)
     return tuple(one.tolist() for one in out)
+
+
+class New:
+    """The names of `isaacsim.robot.experimental.wheeled_robots`."""
+
+    AckermannController = ExperimentalAckermannController
+    HolonomicController = ExperimentalHolonomicController
+    normalize_angle = staticmethod(normalize_angle)
+    pid_control = staticmethod(pid_control)
+    quintic_polynomials_planner = staticmethod(quintic_polynomials_planner)

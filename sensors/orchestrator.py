@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from fractions import Fraction
 from typing import Protocol
@@ -48,9 +48,12 @@ class Stepped(Protocol):
 
 
 class Orchestrator(Suggesting):
-    """Steps an App one update at a time; each step returns after the writers have received its frames."""
+    """Steps an App one update at a time; each step returns after the writers have received its frames.
 
-    def __init__(self, driver: Stepped) -> None:
+    driver: gives that of the App, at each step.
+    """
+
+    def __init__(self, driver: Callable[[], Stepped]) -> None:
         self._driver = driver
 
     def step(
@@ -70,7 +73,7 @@ class Orchestrator(Suggesting):
         warning `rt-subframes-ignored`. Raises ValueError for a negative time or fewer than -1 subframes.
         """
         with self._one_step(rt_subframes, pause_timeline, delta_time, wait_for_render):
-            self._driver.update()
+            self._driver().update()
 
     async def step_async(
         self,
@@ -81,13 +84,13 @@ class Orchestrator(Suggesting):
     ) -> None:
         """As `step`; other coroutines that wait for the next update resume too."""
         with self._one_step(rt_subframes, pause_timeline, delta_time, wait_for_render):
-            await self._driver.next_update_async()
+            await self._driver().next_update_async()
 
     @contextmanager
     def _one_step(
         self, rt_subframes: int, pause_timeline: bool, delta_time: float | Fraction | None, wait_for_render: bool
     ) -> Iterator[None]:
-        driver = self._driver
+        driver = self._driver()
         step = None if delta_time is None else exact.duration(delta_time)
         if step is not None and step < 0:
             raise ValueError(f"delta_time {delta_time}: give a time of 0 s or more")
@@ -113,7 +116,7 @@ class Orchestrator(Suggesting):
     @contextmanager
     def _lasting(self, step: Fraction | None) -> Iterator[None]:
         """For one update the timeline advances by `step` [s]; None: by its usual step."""
-        driver = self._driver
+        driver = self._driver()
         if step is None:
             yield
         elif not step:
