@@ -1,6 +1,6 @@
-"""Saving an opened file: its content is in layers of memory, and `Save` of these writes the file, as in Kit.
+"""Saving an opened file: its content is in a layer of memory, and `Save` of that writes the file, as in Kit.
 
-Stages of scripts have copies of the files that they open (`graph.session.restage`), so that nothing reaches a file by
+Stages of scripts have a copy of the file that they open (`graph.session.restage`), so that nothing reaches it by
 mistake. A script that calls `stage.GetRootLayer().Save()` or `stage.Save()` asks for it.
 """
 
@@ -12,7 +12,7 @@ from typing import Any
 _ORIGINAL: list[tuple[Any, Any]] = []
 """The classes whose `Save` is ours now, and their own."""
 _FILES: dict[str, tuple[Any, Path]] = {}
-"""By identifier of a layer in memory, the stage that has it and the file that it came from."""
+"""By identifier of a root layer in memory, its stage and the file that it came from."""
 
 
 def opened(stage: Any, file: str | Path) -> None:
@@ -22,10 +22,7 @@ def opened(stage: Any, file: str | Path) -> None:
     if not _ORIGINAL:
         _ORIGINAL.extend((kind, kind.Save) for kind in (Sdf.Layer, Usd.Stage))
         Sdf.Layer.Save, Usd.Stage.Save = _save_layer, _save_stage
-    root = stage.GetRootLayer()
-    for identifier in (root.identifier, *root.subLayerPaths):
-        if identifier.startswith("anon:"):
-            _FILES[identifier] = stage, Path(file).expanduser().absolute()
+    _FILES[stage.GetRootLayer().identifier] = stage, Path(file).expanduser().absolute()
 
 
 def end() -> None:
@@ -55,7 +52,7 @@ def _save_stage(stage: Any) -> None:
 
 
 def write(stage: Any, file: Path) -> None:
-    """Writes what a stage has of its file, and what was authored since. References stay, relative where they can be.
+    """Writes the root layer of a stage. References stay, relative where they can be.
 
     A stage that refers to stand-ins is written flattened. Raises OSError, and UserError for a link in the file's place.
     """
@@ -63,13 +60,8 @@ def write(stage: Any, file: Path) -> None:
     from graph.sim.usd import Sdf, UsdUtils
 
     file = file.absolute()
-    root, own = stage.GetRootLayer(), Sdf.Layer.CreateAnonymous(file.name)
-    own.TransferContent(root)
-    below = Sdf.Layer.Find(root.subLayerPaths[0]) if root.subLayerPaths else None
-    for name in ("subLayers", "subLayerOffsets"):  # the copy's take their place
-        own.pseudoRoot.ClearInfo(name)
-    if below is not None:
-        UsdUtils.StitchLayers(own, below)
+    own = Sdf.Layer.CreateAnonymous(file.name)
+    own.TransferContent(stage.GetRootLayer())
     stand_ins: list[str] = []
 
     def relative(address: str) -> str:

@@ -36,9 +36,10 @@ def open_scene(app: App, path: str | Path, allow: Sequence[str | Path] = ()) -> 
 
 
 def own_content(stage: Any) -> None:
-    """Copies the scene's root layer into the stage, so that its prims can be removed; the file stays as it is.
+    """Copies the scene's root layer into the stage's own: its prims can be removed, its metadata set; the file stays.
 
-    References keep their files: relative paths become absolute ones.
+    References keep their files: relative paths become absolute ones. What the stage's own layer has, repairs of the
+    scene, stays stronger.
     """
     from graph.sim.usd import Sdf, UsdUtils
 
@@ -48,8 +49,11 @@ def own_content(stage: Any) -> None:
     scene = Sdf.Layer.Find(root.subLayerPaths[0])
     if scene is None or scene.anonymous:
         return
-    copy = Sdf.Layer.CreateAnonymous(Path(scene.realPath or scene.identifier).name)
+    copy, own = Sdf.Layer.CreateAnonymous(), Sdf.Layer.CreateAnonymous()
     copy.TransferContent(scene)
     UsdUtils.ModifyAssetPaths(copy, lambda address: scene.ComputeAbsolutePath(address) if address else address)
-    root.subLayerPaths[0] = copy.identifier  # the stage holds the copy from now on
-    stage.SetEditTarget(copy)
+    own.TransferContent(root)
+    for name in ("subLayers", "subLayerOffsets"):  # the scene's take their place
+        own.pseudoRoot.ClearInfo(name)
+    UsdUtils.StitchLayers(own, copy)
+    root.TransferContent(own)

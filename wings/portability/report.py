@@ -110,6 +110,7 @@ def _of_draft(target: str, script: Script) -> Iterator[Finding]:
 
     from .script_rules.authored import named
     from .script_rules.draft import author_rest, draft
+    from .script_rules.edits import adds_attributes, edits_of, refused_by
 
     drawn = draft(script)
     spec = migrate(drawn.spec)
@@ -119,13 +120,21 @@ def _of_draft(target: str, script: Script) -> Iterator[Finding]:
             yield Finding(RULES[code], Mark(file, int(line), int(column)), "", message)
     parts = build_parts(spec)
     settings = of_profile(spec.clock.parity, spec.settings)
+    places = {script.mark(one.place): one.graph for group in edits_of(script).all for one in group}
+    for problem in parts.problems if not adds_attributes(script) else ():
+        if problem.mark is not None and places.get(problem.mark, "") and refused_by(problem.message):
+            yield Finding(RULES["edit-refused"], problem.mark, "", problem.message)
     messages = "\n".join(problem.message for problem in parts.problems)
     unread = tuple(f"{path}." for path in spec.scene.prims if f"{path}: config: " in messages)
     if parts.stage is not None:
         author_rest(parts.stage, drawn.values)
         for one in of_file(target, spec, parts.graphs, parts.stage, settings, drawn.asked):
             mark = one.mark or spec.clock.mark
-            if drawn.decides(one.subject, one.detail) and not f"{one.subject}.".startswith(unread) and mark is not None:
+            if (
+                drawn.decides(one.rule.code, one.subject, one.detail)
+                and not f"{one.subject}.".startswith(unread)
+                and mark is not None
+            ):
                 yield Finding(one.rule, mark, named(one.subject), named(one.detail))
 
 

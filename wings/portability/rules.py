@@ -198,6 +198,12 @@ _TABLE = (
         "write the present name",
     ),
     Rule(
+        "edit-refused",
+        "an edit of a script that names a node type, an input or an output that there is not",
+        "Controller.edit raises OmniGraphError; the graph stays as far as the edit had come",
+        "correct the name",
+    ),
+    Rule(
         "attribute-removed",
         "an attribute of an older version of a node, such as swhFrameNumber",
         "6.0 has no such attribute; what it carried is lost",

@@ -103,6 +103,21 @@ class _Physx(_Physics):
     def subscribe_physics_on_step_events(self, fn: Any, pre_step: bool = False, order: int = 0) -> _Subscription:  # type: ignore[override]
         return _each_step(fn, pre_step, order)
 
+    def subscribe_contact_report_events(self, fn: Any, *, full: bool = False) -> _Subscription:
+        from .contact_reports import Reports
+
+        return _Subscription(app().on("physics_post_step", Reports(fn, full=full)))
+
+    def subscribe_full_contact_report_events(self, fn: Any) -> _Subscription:
+        return self.subscribe_contact_report_events(fn, full=True)
+
+    def get_contact_report(self) -> Any:
+        """Headers and contacts of the last step."""
+        from .contact_reports import Reports
+
+        physics = app().physics
+        return ([], []) if physics is None else Reports(lambda *_: None).of(physics.contacts())
+
 
 def get_physics_simulation_interface() -> _Physics:
     return _Physics()
@@ -113,6 +128,7 @@ def get_physx_interface() -> _Physx:
 
 
 get_physx_simulation_interface = get_physx_interface
+acquire_physx_interface = acquire_physx_simulation_interface = get_physx_interface
 
 
 class _Statistics:

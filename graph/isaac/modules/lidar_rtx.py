@@ -15,7 +15,6 @@ from sensors import (
     parse_object_ids,
     parse_stable_id_map_data,
 )
-from sensors.errors import SensorValueError
 from sensors.handles import resolve
 from sensors.products import product_name, render_product
 from sensors.replicator import get_annotator, get_writer
@@ -80,12 +79,7 @@ class LidarRtx(SingleXFormPrim):
         if annotator_name in self._annotators:
             return
         made = get_annotator(annotator_name).initialize(**kwargs)
-        try:
-            self._annotators[annotator_name] = made.attach([self._product.path])
-        except SensorValueError as error:
-            if annotator_name != FLAT_SCAN:
-                raise
-            app().warn("flat-scan-3d", self.prim_path, f"{error}; its data stay empty")
+        self._annotators[annotator_name] = made.attach([self._product.path])
 
     def detach_annotator(self, annotator_name: str) -> None:
         found = self._annotators.pop(annotator_name, None)

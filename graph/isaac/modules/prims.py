@@ -12,6 +12,7 @@ from graph.sim.usd import Gf, UsdGeom, UsdPhysics
 from sensors.inertial import attribute_of
 
 from .articulation import Articulation
+from .own_schemas import applied
 from .prim_base import Prim, XformPrim, found_or_new
 
 __all__ = ["Articulation", "GeomPrim", "Prim", "RigidPrim", "XformPrim"]
@@ -287,7 +288,7 @@ class RigidPrim(XformPrim):
 
     def get_enabled_contact_tracking(self, *, indices: Any = None) -> Result:
         chosen = [self.prims[one] for one in numbers(indices, len(self))]
-        return result([["PhysxContactReportAPI" in map(str, prim.GetAppliedSchemas())] for prim in chosen], bool)
+        return result([["PhysxContactReportAPI" in applied(prim)] for prim in chosen], bool)
 
     def set_enabled_contact_tracking(self, enabled: Any, *, indices: Any = None, threshold: float = 0.0) -> None:
         chosen = numbers(indices, len(self))

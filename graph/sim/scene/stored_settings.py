@@ -97,7 +97,7 @@ STORED = tuple(
             "physxScene:invertCollisionGroupFilter",
         ),
         (
-            "every contact is in app.simulation.tensors.contacts and for contact sensors; nothing is to be done",
+            "only contact reports of scripts follow it; every contact is in app.simulation.tensors.contacts",
             "physxContactReport:*",
         ),
         (

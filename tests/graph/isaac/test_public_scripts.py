@@ -220,7 +220,7 @@ print("range" in str(lidar.get_current_frame()), lidar.get_num_rows())
 app.close()
 """
     code, out, err = run_script(script)
-    assert (code, out) == (0, "False None\n")
+    assert (code, out) == (0, "True 1\n")
     assert "flat-scan-3d" in err
 
 

@@ -94,3 +94,15 @@ def test_after_the_script_usd_saves_by_itself_again(saved):
     before = Sdf.Layer.Save, Usd.Stage.Save
     saved("stage.Save()\n")
     assert (Sdf.Layer.Save, Usd.Stage.Save) == before
+
+
+def test_an_opened_stage_takes_metadata_and_lets_its_prims_go(saved):
+    """World sets the up axis; a prim of the file itself is removed, and its sublayers stay."""
+    text = saved("""from isaacsim.core.api import World
+World(stage_units_in_meters=1.0)
+UsdGeom.SetStageMetersPerUnit(stage, 0.01)
+assert stage.RemovePrim("/World/Part") and not stage.GetPrimAtPath("/World/Part")
+stage.Save()
+""")
+    assert "metersPerUnit = 0.01" in text
+    assert "part.usda" not in text

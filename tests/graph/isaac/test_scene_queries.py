@@ -71,3 +71,89 @@ def test_spheres_and_boxes_overlap_what_is_in_them(queries):
 def test_a_direction_without_a_length_is_refused(queries):
     with pytest.raises(ValueError, match="has no length"):
         queries.raycast_closest((0, 0, 0), (0, 0, 0), 1.0)
+
+
+TOUCHING = """
+from isaacsim import SimulationApp
+app = SimulationApp({"headless": True})
+import numpy as np
+import omni.timeline, omni.usd
+from omni.physx import get_physx_simulation_interface
+from omni.physx.bindings._physx import ContactEventHeaderVector, ContactEventType
+from isaacsim.core.experimental.prims import RigidPrim
+from pxr import PhysicsSchemaTools, PhysxSchema, UsdGeom, UsdPhysics
+stage = omni.usd.get_context().get_stage()
+UsdPhysics.Scene.Define(stage, "/World/Scene")
+car = UsdGeom.Xform.Define(stage, "/World/Car").GetPrim()
+floor, box = (UsdGeom.Cube.Define(stage, path) for path in ("/World/Floor", "/World/Car/Box"))
+floor.AddTranslateOp().Set((0, 0, -1))
+UsdGeom.Xformable(car).AddTranslateOp().Set((0, 0, 1))
+UsdPhysics.RigidBodyAPI.Apply(car)
+UsdPhysics.MassAPI.Apply(car).CreateMassAttr(2.0)
+for one in (floor, box):
+    UsdPhysics.CollisionAPI.Apply(one.GetPrim())
+asked = PhysxSchema.PhysxContactReportAPI.Apply(car)
+name = lambda number: str(PhysicsSchemaTools.intToSdfPath(number))
+reports = []
+def on_contact(headers: ContactEventHeaderVector, data):
+    reports.append((headers, data))
+held = get_physx_simulation_interface().subscribe_contact_report_events(on_contact)
+timeline = omni.timeline.get_timeline_interface()
+"""
+
+
+def test_contact_reports_name_the_pair_and_carry_the_weight_in_each_step(run_script):
+    """A body of 2 kg at rest: the impulses of a step of 1/60 s on it add up to 2 * 9.81 / 60 N s upwards."""
+    code, out, err = run_script(
+        TOUCHING
+        + """asked.CreateThresholdAttr(0.0)
+timeline.play()
+for _ in range(60):
+    app.update()
+headers, data = reports[-1]
+(header,) = headers
+mine = data[header.contact_data_offset:header.contact_data_offset + header.num_contact_data]
+first = name(header.actor0) == "/World/Car"
+total = sum(np.array(one.impulse) for one in mine) * (1 if first else -1)
+print(sorted((name(header.actor0), name(header.actor1))), sorted((name(header.collider0), name(header.collider1))))
+print(round(float(total[2]), 3), round(abs(mine[0].normal.z), 3), abs(mine[0].separation) < 0.01)
+print([one.type.name for one in (reports[0][0][0], header)])
+RigidPrim("/World/Car").set_world_poses(positions=[[0, 0, 9]])
+app.update()
+print([(one.type.name, one.num_contact_data) for one in reports[-1][0]])
+app.close()
+"""
+    )
+    assert code == 0, err
+    assert out.splitlines() == [
+        "['/World/Car', '/World/Floor'] ['/World/Car/Box', '/World/Floor']",
+        "0.327 1.0 True",
+        "['CONTACT_FOUND', 'CONTACT_PERSIST']",
+        "[('CONTACT_LOST', 0)]",
+    ]
+
+
+def test_contact_reports_keep_to_their_threshold_and_their_pairs(run_script):
+    """At rest the force is 2 * 9.81 = 19.6 N: below a threshold of 30 N, above the default of 1 N."""
+    code, out, err = run_script(
+        TOUCHING
+        + """def count(threshold, *others):
+    timeline.stop(); app.update()
+    asked.CreateThresholdAttr(threshold)
+    asked.CreateReportPairsRel().SetTargets([*others])
+    timeline.play()
+    for _ in range(60):
+        app.update()
+    reports.clear()
+    app.update(); app.update()
+    return len(reports)
+print(count(30.0), count(1.0), count(1.0, "/World/Other"), count(1.0, "/World/Floor"))
+held.unsubscribe()
+print(count(1.0), [len(one) for one in get_physx_simulation_interface().get_contact_report()])
+app.close()
+"""
+    )
+    assert code == 0, err
+    lines = out.splitlines()
+    assert lines[0] == "0 2 0 2"
+    assert lines[1].startswith("0 [1, ")

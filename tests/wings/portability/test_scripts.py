@@ -69,6 +69,12 @@ PLANTED = {
     )
     + f"{RTX}Lidar.create('/L', config='Example_Rotary')\n",
     "physics-step-stage": EDIT % ("('s', 'isaacsim.core.nodes.OnPhysicsStep')", "", ""),
+    "edit-refused": EDIT
+    % (
+        "('t', 'omni.graph.action.OnPlaybackTick'), ('c', 'isaacsim.ros2.bridge.ROS2CameraHelper')",
+        "",
+        "('t.outputs:tick', 'c.inputs:execIn'), ('c.outputs:execOut', 't.inputs:execIn')",
+    ),
     "attribute-removed": EDIT
     % ("('t', 'isaacsim.core.nodes.IsaacReadSimulationTime')", "('t.inputs:swhFrameNumber', 3)", ""),
     "system-time-never-resets": EDIT
@@ -150,6 +156,12 @@ def findings(tmp_path, capsys, text, target="isaacsim-6.0"):
     file.write_text(text) if isinstance(text, str) else file.write_bytes(text)
     code = main(["check", str(file), "--target", target, "--json"])
     return code, json.loads(capsys.readouterr().out)["files"][0]
+
+
+@pytest.fixture
+def checked(tmp_path, capsys):
+    """The warnings about a script's text."""
+    return lambda text: findings(tmp_path, capsys, text)[1]["warnings"]
 
 
 @pytest.mark.parametrize("code", PLANTED)
@@ -318,3 +330,34 @@ def test_a_script_without_a_target_is_checked_for_here(tmp_path, capsys):
     file.write_text(FINE)
     assert main(["check", str(file)]) == 0
     assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        f"set_value(lidar, '{CORE}reportRateBaseHz', 36000)\n",
+        f"attributes = {{'{CORE}reportRateBaseHz': 36000}}\nrep.functional.create.omni_lidar(**attributes)\n",
+    ],
+)
+def test_former_attributes_are_found_wherever_a_script_names_them(checked, line):
+    assert [one["code"] for one in checked(line)] == ["report-rate-ignored"]
+
+
+def test_an_edit_that_cannot_be_made_is_found_only_where_the_script_says_all(checked):
+    """The graph of a helper, attributes that the script adds, and types of other extensions are a matter of the run."""
+    wrong = EDIT % ("('c', 'isaacsim.ros2.bridge.ROS2CameraHelper')", "('c.inputs:colour', 1)", "")
+    assert [one["code"] for one in checked(wrong)] == ["edit-refused"]
+    for text in (
+        wrong.replace("og.Controller.edit(", "helper("),
+        wrong + "og.Controller.create_attribute(node, 'inputs:colour', 'int')\n",
+        EDIT % ("('n', 'acme.robots.Arm'), ('m', 'omni.graph.ui_nodes.SetViewportMode')", "('n.inputs:x', 1)", ""),
+    ):
+        assert checked(text) == []
+
+
+def test_the_stage_of_a_graph_that_a_helper_edits_is_a_matter_of_the_run(checked):
+    steps = EDIT % ("('s', 'isaacsim.core.nodes.OnPhysicsStep')", "", "")
+    settings = "spec = {'graph_path': '/G', 'pipeline_stage': og.GraphPipelineStage.GRAPH_PIPELINE_STAGE_ONDEMAND}\n"
+    assert [one["code"] for one in checked(steps)] == ["physics-step-stage"]
+    assert checked(steps.replace('og.Controller.edit("/G"', "helper(spec")) == []
+    assert checked(steps.replace('og.Controller.edit("/G"', f"{settings}og.Controller.edit(spec")) == []

@@ -35,7 +35,7 @@ class Draft:
     """The file, and values: those of each prim's attributes.
 
     Only a run knows all attributes of the uncertain prims, the values of the unknown attributes, and the prims on which
-    attributes of the names `elsewhere` are set.
+    attributes of the names `elsewhere` are set; and the pipeline stage of the graphs of the unstaged nodes.
     """
 
     spec: FileSpec
@@ -43,10 +43,13 @@ class Draft:
     uncertain: set[str] = field(default_factory=set)
     unknown: set[tuple[str, str]] = field(default_factory=set)
     elsewhere: set[str] = field(default_factory=set)
+    unstaged: set[str] = field(default_factory=set)
     asked: list[Asked] = field(default_factory=list)
 
-    def decides(self, subject: str, detail: str) -> bool:
+    def decides(self, code: str, subject: str, detail: str) -> bool:
         """Whether a finding, by its subject and what it says, hangs on nothing that only a run knows."""
+        if code == "physics-step-stage" and subject in self.unstaged:
+            return False
         path, _, name = subject.partition(".")
         open_names = {name for of, name in self.unknown if of == path} | self.elsewhere
         last_words = {one.rpartition(":")[2] for one in open_names}
@@ -146,6 +149,8 @@ def _graphs(script: Script, found: Draft) -> Iterator[GraphSpec]:
                 found.unknown.add((f"{graph}/{name}", f"inputs:{short}"))
             else:
                 values[name][short] = one.value
+        if graph not in edits.known:  # its pipeline stage is a matter of the run
+            found.unstaged |= {f"{graph or '/graph'}/{name}" for name in made}
         ends = ((one, one.name.partition(".")[0], one.value.partition(".")[0]) for one in edits.wires)
         yield GraphSpec(
             graph or "/graph",

@@ -38,6 +38,13 @@ class Edits:
     wires: list[Entry] = field(default_factory=list)
     stages: dict[str, str] = field(default_factory=dict)
     """The last word of the pipeline stage by the graph's path."""
+    known: set[str] = field(default_factory=set)
+    """Paths of graphs whose settings the script gives as constants."""
+
+    @property
+    def all(self) -> tuple[list[Entry], ...]:
+        """Nodes, values, connections."""
+        return self.nodes, self.values, self.wires
 
 
 @lru_cache(maxsize=1)
@@ -67,12 +74,16 @@ def edits_of(script: Script) -> Edits:
 def _graph(script: Script, node: ast.expr | None, found: Edits) -> str:
     """The path of the edited graph; for one that only a run knows, a path of its own."""
     settings: dict[Any, ast.expr] = {}
+    node = script.values.get(node.id, node) if isinstance(node, ast.Name) else node
+    constant = isinstance(node, ast.Dict | ast.Constant | ast.JoinedStr)
     if isinstance(node, ast.Dict):
         settings = {script.value_of(key): value for key, value in zip(node.keys, node.values, strict=True)}
         node = settings.get("graph_path")
     path = script.value_of(node)
     if not isinstance(path, str) or not path.startswith("/"):
         path = f"/graph_{getattr(node, 'lineno', 0)}"
+    if constant:
+        found.known.add(path)
     if stage := settings.get("pipeline_stage"):
         found.stages[path] = script.name_of(stage).rpartition("_")[2]
     return path
@@ -110,6 +121,24 @@ def _old_types(script: Script) -> Iterator[Found]:
         present, said = migrated_type(one.value)
         if said and present != one.value:
             yield one.place, f'"{one.value}" is now called "{present}"'
+
+
+CREATED = ("create_attribute", "create_attributes", "CREATE_ATTRIBUTES", "CreateAttribute")
+COMPLETE = ("isaacsim.core.nodes.", "isaacsim.ros2.bridge.", "isaacsim.sensors.", "omni.graph.action.")
+"""Extensions of which every node type is known here."""
+
+
+def refused_by(problem: str) -> bool:
+    """Whether a problem of the file that a script amounts to makes its edit fail in the product too."""
+    if 'no node type "' in problem:
+        return problem.partition('no node type "')[2].startswith(COMPLETE) and "did you mean" in problem
+    return " has no input " in problem or " has no output " in problem
+
+
+def adds_attributes(script: Script) -> bool:
+    """Whether the script adds attributes to nodes: then only a run knows which they have."""
+    names = {one.attr for one in script.nodes if isinstance(one, ast.Attribute)}
+    return not names.isdisjoint(CREATED)
 
 
 @finds("frame-skip-deprecated")

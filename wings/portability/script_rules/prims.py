@@ -25,6 +25,32 @@ MAKERS = (
 )
 
 
+FORMER = {
+    "report-rate-ignored": ("omni:sensor:Core:reportRateBaseHz",),
+    "aux-output-type-ignored": ("omni:sensor:Core:auxOutputType", "omni:sensor:WpmDmat:auxOutputType"),
+}
+"""Attributes of former versions, by the rule that finds them."""
+
+
+@finds("report-rate-ignored")
+def _former_rate(script: Script) -> Iterator[Found]:
+    yield from _named(script, FORMER["report-rate-ignored"])
+
+
+@finds("aux-output-type-ignored")
+def _former_level(script: Script) -> Iterator[Found]:
+    yield from _named(script, FORMER["aux-output-type-ignored"])
+
+
+def _named(script: Script, names: tuple[str, ...]) -> Iterator[Found]:
+    """Where the script writes an attribute's name, unless it authors a known prim there, which is found by itself."""
+    places = [place for prim in authored_by(script).prims.values() for place in prim.places.values()]
+    lines = {getattr(place, "lineno", 0) for place in places}
+    for node in script.nodes:
+        if isinstance(node, ast.Constant) and node.value in names and node.lineno not in lines:
+            yield node, f"{node.value} is named"
+
+
 @finds("prims-added-while-playing")
 def _added(script: Script) -> Iterator[Found]:
     known: set[object] = set()
