@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from graph.base.records import dataclass
 from graph.node import Attribute, Database, node_type
 from graph.sim.scene.prim_paths import prim_at
@@ -61,12 +63,13 @@ def conveyor(db: Database) -> bool:
 def _set(db: Database, path: str, motion: tuple[float, ...], curved: bool) -> None:
     import numpy as np
 
-    from graph.sim.usd import UsdPhysics
+    from graph.sim.usd import Gf, UsdPhysics
 
     app = db.app
     prim = prim_at(app.stage, path)
     if not prim or not prim.HasAPI(UsdPhysics.RigidBodyAPI):
         db.fail(f"{path} is not a rigid body; give it a RigidBodyAPI, kinematic for a belt that stays")
+    _author(prim, *((Gf.Vec3f(0), Gf.Vec3f(*motion)) if curved else (Gf.Vec3f(*motion), Gf.Vec3f(0))))
     if app.physics is None:  # physics is not playing, so nothing is carried
         return
     still, vector = np.zeros(3), np.array(motion)
@@ -77,3 +80,13 @@ def _set(db: Database, path: str, motion: tuple[float, ...], curved: bool) -> No
         db.fail(f"{error}; give the belt a collider")
     if changed:
         db.warn("belt-integrator", "physics.integrator is implicitfast from now on: discrete cannot move surfaces")
+
+
+def _author(prim: Any, velocity: Any, turn: Any) -> None:
+    """Writes what the belt does on its prim, as Isaac Sim's node does; the stop takes it back."""
+    from graph.sim.usd import Sdf
+
+    with Sdf.ChangeBlock():
+        prim.AddAppliedSchema("PhysxSurfaceVelocityAPI")
+        for name, value in (("surfaceVelocity", velocity), ("surfaceAngularVelocity", turn)):
+            prim.CreateAttribute(f"physxSurfaceVelocity:{name}", Sdf.ValueTypeNames.Vector3f).Set(value)

@@ -8,7 +8,7 @@ CASES = """
 import omni.kit.test
 import omni.usd
 from acme.help import answer
-from acme.tool.tests.common import DEVICES
+from acme.tool.tests.common import DEVICES, PAIR
 
 class TestTool(omni.kit.test.AsyncTestCase):
     async def test_agrees(self):
@@ -18,7 +18,7 @@ class TestTool(omni.kit.test.AsyncTestCase):
     def test_deviates(self):
         self.assertEqual(1, 2)
     def test_devices(self):
-        self.assertEqual(DEVICES, ["cpu"])
+        self.assertEqual((DEVICES, PAIR), (["cpu"], ("cpu",)))
     def test_needs_more(self):
         from isaacsim.core.nodes import nothing_like_this
     def test_skips_itself(self):
@@ -38,7 +38,7 @@ def extension(tmp_path):
     tests = tmp_path / "acme.tool" / "acme" / "tool" / "tests"
     tests.mkdir(parents=True)
     (tests / "__init__.py").write_text("raise RuntimeError('loads every test')\n")
-    (tests / "common.py").write_text('DEVICES = ["cpu", "cuda"]\n')
+    (tests / "common.py").write_text('DEVICES = ["cpu", "cuda"]\nPAIR = ("cpu", "cuda")\n')
     (tests / "test_tool.py").write_text(CASES)
     (tests / "test_of_more.py").write_text(
         "import unittest\nimport acme.compiled\nclass TestMore(unittest.TestCase):\n    def test_a(self): pass\n"
@@ -62,6 +62,18 @@ def test_each_case_agrees_deviates_is_out_of_reach_or_skips_itself(extension, ca
         "deviates: acme.tool.tests.test_tool.TestTool.test_takes_long: TimeUpError: longer than 1.0 s",
         "deviates: acme.tool.tests.test_tool.TestTool.test_twice_wrong: AssertionError: 1 != 0",
     ]
+
+
+def test_a_package_that_only_holds_tests_is_not_missing(tmp_path, capsys):
+    tests = tmp_path / "acme.tests_only" / "acme" / "only" / "tests"
+    tests.mkdir(parents=True)
+    (tests / "test_gpu.py").write_text(
+        "import unittest\nfrom isaacsim.core.simulation_manager import SimulationManager\n"
+        "class TestGpu(unittest.TestCase):\n    def test_agrees(self): pass\n"
+        "    def test_gpu(self): SimulationManager.set_physics_sim_device('cuda')\n"
+    )
+    assert main([str(tmp_path / "acme.tests_only")]) == 0
+    assert capsys.readouterr().out.splitlines()[1].split() == ["acme.only.tests.test_gpu", "2", "1", "0", "1", "0"]
 
 
 def test_one_case_is_chosen_by_its_name(extension, capsys):

@@ -27,12 +27,17 @@ class TimeUpError(Exception):
     """A case took longer than its limit."""
 
 
+def without_gpu(text):
+    """The text without CUDA in lists; what had two entries stays a tuple of one."""
+    return re.sub(r',\s*"cuda(:\d+)?"', "", re.sub(r',\s*"cuda(:\d+)?"(?=\s*\))', ",", text))
+
+
 class Loader(SourceFileLoader):
     """Loads a file of tests, without CUDA in its lists of devices if that is asked for."""
 
     def source_to_code(self, data, path, *options, **named):
         text = bytes(data).decode()
-        return super().source_to_code(re.sub(r',\s*"cuda(:\d+)?"', "", text) if int(without_cuda) else text, path)
+        return super().source_to_code(without_gpu(text) if int(without_cuda) else text, path)
 
     def path_stats(self, path):
         raise OSError("no cached code: it may differ from the text")
@@ -69,6 +74,16 @@ class Finder:
                     name, file, loader=Loader(name, str(file)), submodule_search_locations=inside
                 )
         return None
+
+
+class Above:
+    """Finds the packages above the module of tests that exist nowhere else: as empty ones, for what they hold."""
+
+    def find_spec(self, name, path=None, target=None):
+        place = next(
+            (one.joinpath(*name.split(".")) for one in folders if one.joinpath(*name.split(".")).is_dir()), None
+        )
+        return ModuleSpec(name, Package(place), is_package=True) if place and module.startswith(f"{name}.") else None
 
 
 def time_up(*_):
@@ -109,9 +124,14 @@ def told(error):
     causes = [error]
     while (cause := causes[-1].__cause__ or causes[-1].__context__) is not None and cause not in causes:
         causes.append(cause)
-    absent = next((one for one in causes if isinstance(one, (ImportError, NotImplementedError))), None)
+    absent = next((one for one in causes if isinstance(one, (ImportError, NotImplementedError)) or no_gpu(one)), None)
     text = f"{type(absent or error).__name__}: {absent or error}"
     return "deviates" if absent is None else "absent", text, "".join(traceback.format_exception(error))
+
+
+def no_gpu(error):
+    """Whether this project refuses a device because its physics runs on the processor."""
+    return isinstance(error, ValueError) and "an engine that runs on a GPU is missing" in str(error)
 
 
 def written_cases(folder_of):
@@ -131,6 +151,7 @@ def write(done=False):
 
 
 sys.meta_path.insert(0, Finder())
+sys.meta_path.append(Above())
 signal.signal(signal.SIGALRM, time_up)
 try:
     loaded = importlib.import_module(module)

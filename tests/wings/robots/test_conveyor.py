@@ -146,3 +146,16 @@ def test_a_texture_that_is_to_move_is_warned_of_once(belt):
 def test_what_is_not_a_belt_is_reported(belt, prims, message):
     with pytest.raises(ComputeError, match=message):
         carry(belt(), 1, conveyorPrim=prims)
+
+
+@pytest.mark.parametrize("curved", [False, True])
+def test_the_prim_of_a_belt_says_its_motion_until_the_stop(belt, stage, curved):
+    app = belt()
+    seen = carry(app, 30, direction=[0.0, 0.5, 0.0], velocity=2.0, curved=curved)
+    names = ("surfaceAngularVelocity", "surfaceVelocity") if curved else ("surfaceVelocity", "surfaceAngularVelocity")
+    read = [stage.GetPrimAtPath(BELT).GetAttribute(f"physxSurfaceVelocity:{name}") for name in names]
+    assert [tuple(one.Get()) for one in read] == [(0, 1, 0), (0, 0, 0)]
+    if not curved:
+        assert speed(seen, 1) == pytest.approx(1.0, abs=0.01)
+    app.stop()
+    assert not any(one and one.Get() for one in read)
