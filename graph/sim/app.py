@@ -158,7 +158,7 @@ class App(Suggesting):
             self.phases,
             switches_mode=experience == "full" and not self.settings.is_authored(keys.MANUAL_MODE),
         )
-        self.timeline.on_change = self.simulation.follow
+        self.timeline.on_change, self.timeline.on_stop = self.simulation.follow, self.world.stop_requested
         self._complete()
         self.graphs: dict[str, Any] = {}
         """The graphs bound to this App, by path; filled by the code that binds them."""

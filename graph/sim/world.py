@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import nullcontext
 from fractions import Fraction
 from pathlib import Path
 from types import FunctionType
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
     from .physics.protocol import EngineFactory, ModelScene
+    from .scene.late_edits import LateEdits
     from .scene.stage import StageState, Warn
     from .state.prim_poses import PrimPoses
 
@@ -66,6 +68,7 @@ class World(WorldView):
         self.live = None
         self.fabric: PrimPoses = self._new_fabric()
         self._stage_state: StageState | None = None
+        self._late: LateEdits | None = None
         self._geometry = None
         self.derived, self.shared = {}, {}
         self.fabric.set(*EXTERNAL_TIME, 0.0)
@@ -158,6 +161,8 @@ class World(WorldView):
 
     def release(self) -> None:
         """Frees what `build` has made; the stage stays unchanged until `restore`."""
+        if self._late is not None:
+            self._late.take()
         if self.live is not None:
             self.live.close()
             self.live = None
@@ -168,9 +173,19 @@ class World(WorldView):
         if physics is not None:
             physics.close()
 
+    def stop_requested(self) -> None:
+        """Edits from now on are those of a stopped world, unless an update runs, which plays on to its end."""
+        from .scene.late_edits import LateEdits
+
+        if self.built and self._late is None and not self.phases.running:
+            self._late = LateEdits(self.stage)
+
     def restore(self) -> None:
-        """Restores the stage to its state when `build` began."""
-        if self._stage_state is not None:
+        """Restores the stage to its state when `build` began; what was edited since a stop was requested stays."""
+        late, self._late = self._late, None
+        if self._stage_state is None:
+            return
+        with nullcontext() if late is None else late.put_back():
             self._stage_state.restore()
 
     def take_stage(self, stage: Any) -> None:

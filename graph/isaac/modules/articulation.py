@@ -12,6 +12,7 @@ from graph.isaac.results import Result, numbers, result, rows, words
 from graph.isaac.session import app
 from graph.sim.scene.assets import missing_above
 from graph.sim.scene.mechanisms import freedoms, mechanisms_of
+from graph.sim.transforms import rotation_matrices
 from graph.sim.usd import UsdPhysics
 
 from .articulation_properties import Properties, at_once
@@ -114,6 +115,28 @@ class Articulation(Properties, XformPrim):
         links = self.link_paths if any(self._live(one) is not None for one in chosen) else []
         found = [world_parts(links[one][0] if links and links[one] else self.paths[one]) for one in chosen]
         return result([one for one, _ in found]), result([one for _, one in found])
+
+    def set_world_poses(self, positions: Any = None, orientations: Any = None, *, indices: Any = None) -> None:
+        """While physics plays, a robot whose base is free moves with its root link, its joints as they are."""
+        world, chosen = app(), numbers(indices, len(self))
+        places = rows(positions, len(chosen), 3, "positions")
+        turns = rows(orientations, len(chosen), 4, "orientations")
+        for row, one in enumerate(chosen):
+            place, turn = (None if each is None else each[row] for each in (places, turns))
+            links = mechanisms_of(world.stage).carriers(self.paths[one])
+            base = None if world.physics is None else next(filter(world.physics.is_free, links), None)
+            if base is None:
+                super().set_world_poses(place, turn, indices=[one])
+                continue
+            root, now = world.fabric.rigid_matrices((next(iter(links)), base))
+            wanted = root.copy()
+            if place is not None:
+                wanted[:3, 3] = place * world.meters_per_unit
+            if turn is not None:
+                wanted[:3, :3] = rotation_matrices((turn / np.linalg.norm(turn))[None])[0]
+            pose = wanted @ np.linalg.inv(root) @ now
+            pose[:3, 3] /= world.meters_per_unit
+            world.fabric.place_body(base, pose)
 
     # -- states --------------------------------------------------------------------------------------------------------
 
@@ -303,8 +326,7 @@ class Articulation(Properties, XformPrim):
 
     def _root(self, one: int) -> str:
         path = self.paths[one]
-        links = sorted(mechanisms_of(app().stage).carriers(path))
-        return path if path in links or not links else links[0]
+        return next(iter(mechanisms_of(app().stage).carriers(path)), path)
 
     def get_enabled_self_collisions(self, *, indices: Any = None) -> Result:
         name = "physxArticulation:enabledSelfCollisions"

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from graph.base.errors import RunError
 from graph.isaac.session import app
 from graph.sim.usd import Gf as PxrGf
@@ -13,6 +15,8 @@ from graph.sim.usd import Vt as PxrVt
 
 __all__ = ["Gf", "Rt", "Sdf", "Usd", "UsdGeom", "Vt"]
 Gf, Vt = PxrGf, PxrVt
+_MOTION = ("physics:velocity", "physics:angularVelocity")
+"""Attributes of bodies that move while physics plays."""
 
 
 class ValueTypeName:
@@ -53,19 +57,19 @@ class Sdf:
 class _Prim:
     """A prim of the stage; transforms and values that only Fabric has come from there."""
 
-    def __init__(self, prim: Any) -> None:
-        self._prim = prim
+    def __init__(self, prim: Any, path: str = "") -> None:
+        self._prim, self._path = prim, path or str(prim.GetPath())
 
     def __bool__(self) -> bool:
-        return bool(self._prim)
+        return bool(self._prim) or bool(app().fabric.get_prim_at_path(self._path))
 
     IsValid = __bool__
 
     def GetPath(self) -> Any:
-        return self._prim.GetPath()
+        return PxrSdf.Path(self._path)
 
     def GetName(self) -> str:
-        return str(self._prim.GetName())
+        return self._path.rpartition("/")[2]
 
     def GetTypeName(self) -> str:
         return str(self._prim.GetTypeName())
@@ -74,14 +78,14 @@ class _Prim:
         return bool(self.GetAttribute(name).IsValid())
 
     def GetAttribute(self, name: str) -> _Attribute:
-        return _Attribute(self._prim, name)
+        return _Attribute(self._path, name)
 
     def GetAttributes(self) -> list[_Attribute]:
-        return [_Attribute(self._prim, one.GetName()) for one in self._prim.GetAttributes()]
+        return [_Attribute(self._path, one.GetName()) for one in self._prim.GetAttributes()]
 
     def CreateAttribute(self, name: str, type_name: Any, custom: bool = True) -> _Attribute:
         self._prim.CreateAttribute(name, PxrSdf.ValueTypeNames.Find(str(type_name)), custom)
-        return _Attribute(self._prim, name)
+        return _Attribute(self._path, name)
 
     def GetParent(self) -> _Prim:
         return _Prim(self._prim.GetParent())
@@ -100,12 +104,12 @@ class _Prim:
 
 
 class _Attribute:
-    def __init__(self, prim: Any, name: str) -> None:
-        self._prim, self._name = prim, name
+    def __init__(self, path: str, name: str) -> None:
+        self._path, self._name = path, name
 
     @property
     def _found(self) -> Any:
-        return app().fabric.get_prim_at_path(str(self._prim.GetPath())).get_attribute(self._name)
+        return app().fabric.get_prim_at_path(self._path).get_attribute(self._name)
 
     def IsValid(self) -> bool:
         return bool(self._found)
@@ -116,11 +120,21 @@ class _Attribute:
         return self._name
 
     def Get(self) -> Any:
+        physics = app().physics if self._name in _MOTION else None
+        if physics is not None and self._path in physics.body_paths:
+            return self._motion()
         found = self._found
         try:
             return found.get() if found else None
         except RunError:  # it is declared, and has no value
             return None
+
+    def _motion(self) -> Any:
+        """The velocity that physics gives the body now, along the world's axes."""
+        motion = app().fabric.velocities((self._path,))[0]
+        if self._name == _MOTION[0]:
+            return PxrGf.Vec3f(*map(float, motion[:3] / app().meters_per_unit))
+        return PxrGf.Vec3f(*map(float, np.degrees(motion[3:])))
 
     def Set(self, value: Any) -> bool:
         self._found.set(value)
@@ -133,7 +147,7 @@ class _Stage:
         return _Stage()
 
     def GetPrimAtPath(self, path: Any) -> _Prim:
-        return _Prim(app().stage.GetPrimAtPath(str(path)))
+        return _Prim(app().stage.GetPrimAtPath(str(path)), str(path))
 
     def Traverse(self) -> Any:
         return (_Prim(one) for one in app().stage.Traverse())

@@ -32,7 +32,7 @@ DEFAULT_END_TIME_CODE = 1_000_000
 class Timeline(Suggesting):
     """The timeline of one App: an exact time between a start and an end, where it loops back to the start, or stops.
 
-    `on_change` is called with each state change at the moment it takes effect.
+    `on_change` is called with each state change at the moment it takes effect, `on_stop` with each request to stop.
     """
 
     def __init__(self, settings: Settings, on_change: Callable[[Change], None] | None = None) -> None:
@@ -44,6 +44,7 @@ class Timeline(Suggesting):
         """Whether the change that takes effect right now is without events (`commit_silently`)."""
         self._settings = settings
         self.on_change = on_change or _ignore
+        self.on_stop: Callable[[], None] = _nothing
         self._state: State = "stopped"
         self._pending: list[State] = []
         self._rate = settings.rate(keys.TIME_CODES_PER_SECOND)
@@ -132,6 +133,7 @@ class Timeline(Suggesting):
     def stop(self) -> None:
         """Requests a stop: the time returns to the start time, the world to its state before play."""
         self._pending.append("stopped")
+        self.on_stop()
 
     def commit(self) -> None:
         """Applies the requests now, with callbacks."""
@@ -140,7 +142,7 @@ class Timeline(Suggesting):
 
     def close(self) -> None:
         """Ends all callbacks."""
-        self.on_change = _ignore
+        self.on_change, self.on_stop = _ignore, _nothing
 
     def commit_silently(self) -> None:
         """Applies the requests now; `silent` is True during the callbacks."""
@@ -332,6 +334,10 @@ _CHANGES: dict[tuple[State | None, State], Change] = {
     (None, "paused"): "pause",
     (None, "stopped"): "stop",
 }
+
+
+def _nothing() -> None:
+    """Does nothing."""
 
 
 def _ignore(change: Change) -> None:

@@ -261,3 +261,29 @@ def test_former_labels_become_present_ones():
         assert labels.upgrade_prim_semantics_to_labels("/World/Box") == []
         labels.remove_all_labels(prim)
         assert labels.get_labels(prim) == {"class": []}
+
+
+def test_a_free_robot_is_placed_as_a_whole_with_its_joints_as_they_are(tmp_path):
+    file = tmp_path / "free.usda"
+    joint = PENDULUM.index('def PhysicsFixedJoint "hold"')
+    file.write_text(PENDULUM[:joint] + PENDULUM[PENDULUM.index("def PhysicsRevoluteJoint") :])
+    with App(stage=str(file)) as app, graph.isaac.importable():
+        prims, usdrt = import_module("isaacsim.core.experimental.prims"), import_module("usdrt")
+        robot = prims.Articulation("/World/Robot")
+        app.play()
+        app.update()
+        robot.set_dof_positions([np.pi / 2])
+        half = np.sqrt(0.5)
+        robot.set_world_poses([[1, 2, 3]], [[half, 0, 0, half]])  # a quarter turn about z
+        robot.set_velocities([[0, 0, 0]], [[0, 0, 0]])
+        robot.set_dof_velocities([0.0])
+        base, arm = (app.fabric.world_matrix(f"/World/Robot/{name}") for name in ("base", "arm"))
+        assert base[:3, 3] == pytest.approx([1, 2, 3])
+        assert base[:3, 0] == pytest.approx([0, 1, 0], abs=1e-9)  # its x axis
+        assert arm[:3, 3] == pytest.approx([1, 2, 3])
+        assert arm[:3, 0] == pytest.approx([0, 0, -1], abs=1e-9)  # turned by the hinge, about y, then with the base
+        assert robot.get_dof_positions().numpy() == pytest.approx(np.array([[np.pi / 2]]))
+        app.update(6)
+        found = usdrt.Usd.Stage.Attach(0).GetPrimAtPath("/World/Robot/base").GetAttribute("physics:velocity")
+        assert tuple(found.Get()) == pytest.approx((0, 0, -1), abs=1e-5)  # 6 steps of 1/60 s at 10 m/s2
+        assert usdrt.Usd.Stage.Attach(0).GetPrimAtPath("/ExternalSimulationTime").HasAttribute("omni:time")

@@ -658,3 +658,58 @@ def test_what_instances_share_is_refused_and_compiled_like_a_prim_of_its_own():
             UsdGeom.XformCommonAPI(part).SetTranslate((0, 0, 1))
         app.update(120)
         assert place(app, "/World/Ball")[2] == pytest.approx(2.5, abs=0.01)
+
+
+def stage_of_a_ball():
+    stage = open_stage(None)
+    ball = UsdGeom.Sphere.Define(stage, "/World/Ball")
+    ball.AddTranslateOp().Set((0, 0, 5))
+    UsdPhysics.RigidBodyAPI.Apply(ball.GetPrim())
+    UsdGeom.Cube.Define(stage, "/World/Post")
+    return stage
+
+
+@pytest.mark.parametrize("fabric", [True, False])
+def test_what_is_edited_after_a_stop_was_requested_stays(fabric):
+    stage = stage_of_a_ball()
+    with App(stage, fidelity={"fabric": fabric}) as app:
+        app.play()
+        app.update(30)
+        UsdGeom.Cube.Define(stage, "/World/While")
+        app.timeline.stop()
+        new = UsdGeom.Cube.Define(stage, "/World/New/Cube")
+        new.GetSizeAttr().Set(3.0)
+        stage.GetPrimAtPath("/World/Ball").SetMetadata("comment", "late")
+        stage.GetPrimAtPath("/World/Ball").GetAttribute("radius").Set(0.5)
+        stage.RemovePrim("/World/Post")
+        UsdGeom.SetStageUpAxis(stage, "Y")
+        app.update()
+        ball = stage.GetPrimAtPath("/World/Ball")
+        assert tuple(ball.GetAttribute("xformOp:translate").Get()) == (0, 0, 5)  # what physics wrote is gone
+        assert (ball.GetMetadata("comment"), ball.GetAttribute("radius").Get()) == ("late", 0.5)
+        assert new.GetSizeAttr().Get() == 3.0  # the same prim: what refers to it still works
+        assert not stage.GetPrimAtPath("/World/Post")
+        assert not stage.GetPrimAtPath("/World/While")
+        assert UsdGeom.GetStageUpAxis(stage) == "Y"
+        app.play()
+        app.update(30)
+        x, y, z = app.fabric.world_matrix("/World/Ball")[:3, 3]
+        assert (x, z) == (0, 5)
+        assert y < -1.0  # it falls along the new up axis
+
+
+def test_a_stop_requested_inside_an_update_keeps_no_edit_of_it():
+    stage = stage_of_a_ball()
+    with App(stage) as app:
+        app.play()
+        app.update(2)
+
+        def stop():
+            app.timeline.stop()
+            stage.GetPrimAtPath("/World/Post").GetAttribute("size").Set(7.0)
+
+        end = app.on("physics_post_step", stop)
+        app.update()
+        end()
+        app.update()
+        assert stage.GetPrimAtPath("/World/Post").GetAttribute("size").Get() == 2.0
