@@ -96,9 +96,9 @@ class RenderedSensor(Suggesting):
             raise SensorValueError(f"{self.path}: annotator {annotator!r} is not attached; attach it first")
         return self._annotators[annotator]
 
-    def attach_annotators(self, names: str | Iterable[str]) -> dict[str, Annotator]:
+    def attach_annotators(self, annotators: str | Iterable[str]) -> dict[str, Annotator]:
         """Attaches annotators; a repeated name gets a new one. Returns name -> annotator."""
-        names = short_names(names)
+        names = short_names(annotators)
         for name in names:
             _check_annotator(name, self._annotator_table)
         for name in names:
@@ -110,9 +110,9 @@ class RenderedSensor(Suggesting):
             self._annotators[name] = annotator
         return {name: self._annotators[name] for name in names}
 
-    def detach_annotators(self, names: str | Iterable[str]) -> None:
+    def detach_annotators(self, annotators: str | Iterable[str]) -> None:
         """Detaches annotators; a name that is not attached gives a warning."""
-        for name in short_names(names):
+        for name in short_names(annotators):
             annotator = self._annotators.pop(name, None)
             if annotator is None:
                 self.scene.warn("not-attached", f"{self.path}.{name}", f"annotator {name!r} is not attached")

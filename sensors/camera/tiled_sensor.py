@@ -156,15 +156,15 @@ class TiledCameraSensor(Suggesting):
         """Names of the attached annotators, sorted."""
         return self.sensors[0].annotators
 
-    def attach_annotators(self, names: str | Iterable[str]) -> None:
+    def attach_annotators(self, annotators: str | Iterable[str]) -> None:
         """Attaches annotators to every camera."""
-        names = _checked(names)
+        names = _checked(annotators)
         for sensor in self.sensors:
             sensor.attach_annotators(names)
 
-    def detach_annotators(self, names: str | Iterable[str]) -> None:
+    def detach_annotators(self, annotators: str | Iterable[str]) -> None:
         """Detaches annotators from every camera; a name that is not attached gives a warning."""
-        names = _checked(names)
+        names = _checked(annotators)
         for sensor in self.sensors:
             sensor.detach_annotators(names)
 

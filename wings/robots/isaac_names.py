@@ -190,8 +190,8 @@ def normalize_angle(angle: float) -> float:
     return math.remainder(angle, 2 * math.pi)
 
 
-def pid_control(target: float, current: float, kp: float = 0.1) -> float:
-    return kp * (target - current)
+def pid_control(target: float, current: float, Kp: float = 0.1) -> float:
+    return Kp * (target - current)
 
 
 def quintic_polynomials_planner(
@@ -224,5 +224,8 @@ class New:
     AckermannController = ExperimentalAckermannController
     HolonomicController = ExperimentalHolonomicController
     normalize_angle = staticmethod(normalize_angle)
-    pid_control = staticmethod(pid_control)
     quintic_polynomials_planner = staticmethod(quintic_polynomials_planner)
+
+    @staticmethod
+    def pid_control(target: float, current: float, kp: float = 0.1) -> float:
+        return pid_control(target, current, kp)

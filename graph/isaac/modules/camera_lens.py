@@ -96,6 +96,29 @@ class CameraLens(SingleXFormPrim):
         "opencvFisheye", _OPENCV, "fisheye", ("k1", "k2", "k3", "k4")
     )
 
+    def set_fisheye_polynomial_properties(
+        self,
+        nominal_width: float | None,
+        nominal_height: float | None,
+        optical_centre_x: float | None,
+        optical_centre_y: float | None,
+        max_fov: float | None,
+        polynomial: Sequence[float] | None,
+    ) -> None:
+        """The lens of the model ftheta, by its former arguments; None leaves a value."""
+        if "fisheye" not in self.get_projection_type():
+            raise ValueError(f"{self.prim_path}: call set_projection_type('fisheyePolynomial') first")
+        x, y = self.get_ftheta_properties()[2]
+        centre = (
+            x if optical_centre_x is None else optical_centre_x,
+            y if optical_centre_y is None else optical_centre_y,
+        )
+        self.set_ftheta_properties(nominal_height, nominal_width, centre, max_fov, polynomial)
+
+    def get_fisheye_polynomial_properties(self) -> tuple[Any, ...]:
+        height, width, centre, field, numbers = self.get_ftheta_properties()
+        return width, height, *centre, field, numbers
+
     def get_lens_distortion_model(self) -> str:
         return lens_model(self.prim) or "pinhole"
 

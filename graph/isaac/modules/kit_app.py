@@ -37,6 +37,14 @@ def _exists(name: str) -> bool:
     return names_of(name).known or any(one.startswith(f"{name}.") for one in ids)
 
 
+VERSION = "6.0.1"
+"""Of all extensions."""
+
+
+def _folder(name: str) -> str:
+    return os.path.join(os.environ.get("ISAAC_PATH", os.sep), "exts", name)
+
+
 class ExtensionManager:
     """Extensions whose modules or node types exist here are always enabled; others are said once each."""
 
@@ -62,10 +70,14 @@ class ExtensionManager:
         return name not in self._disabled and (name in self._asked or _exists(name))
 
     def get_enabled_extension_id(self, ext_name: str) -> str | None:
-        return f"{_extension_name(ext_name)}-6.0.1" if self.is_extension_enabled(ext_name) else None
+        """Of an extension by its name, or by its id whose version may be cut short."""
+        name = _extension_name(ext_name)
+        asked = ext_name.removeprefix(name).removeprefix("-")
+        return f"{name}-{VERSION}" if self.is_extension_enabled(name) and VERSION.startswith(asked) else None
 
     def get_extension_dict(self, ext_id: str) -> dict[str, Any]:
-        return {"package": {"id": ext_id, "version": "6.0.1"}}
+        name = _extension_name(ext_id)
+        return {"path": _folder(name), "package": {"id": ext_id, "name": name, "version": VERSION}}
 
     @inert("omni.kit.app")
     def get_extensions(self) -> tuple[dict[str, Any], ...]:
@@ -75,10 +87,10 @@ class ExtensionManager:
         """Where the extension's files would be; they are not here."""
         name = _extension_name(ext_id)
         tell_inert(f"the folder of extension {name}", "it is not here, nor what is below it; name files of your own")
-        return os.path.join(os.environ.get("ISAAC_PATH", os.sep), "exts", name)
+        return _folder(name)
 
     def fetch_extension_versions(self, ext_name: str) -> list[dict[str, Any]]:
-        return [{"id": f"{ext_name}-6.0.1"}]
+        return [{"id": f"{ext_name}-{VERSION}"}]
 
     def subscribe_to_extension_enable(self, *_: Any, **__: Any) -> None:
         tell_inert("omni.kit.app.ExtensionManager.subscribe_to_extension_enable")

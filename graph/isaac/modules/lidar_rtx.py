@@ -131,7 +131,7 @@ class LidarRtx(SingleXFormPrim):
         self._paused = False
 
     def is_paused(self) -> bool:
-        return self._paused
+        return self._paused or app().timeline.is_paused()
 
     def enable_visualization(self) -> None:
         self.attach_writer("RtxLidarDebugDrawPointCloud")
@@ -139,12 +139,12 @@ class LidarRtx(SingleXFormPrim):
     def disable_visualization(self) -> None:
         self.detach_writer("RtxLidarDebugDrawPointCloud")
 
-    def get_rotation_frequency(self) -> float:
-        return float(self._lidar.config.scan_rate_base_hz)
+    def get_rotation_frequency(self) -> float | None:
+        return float(self._lidar.config.scan_rate_base_hz) if FLAT_SCAN in self._annotators else None
 
-    def get_depth_range(self) -> tuple[float, float]:
+    def get_depth_range(self) -> tuple[float, float] | None:
         config = self._lidar.config
-        return float(config.near_range_m), float(config.far_range_m)
+        return (float(config.near_range_m), float(config.far_range_m)) if FLAT_SCAN in self._annotators else None
 
     @staticmethod
     def get_object_ids(obj_ids: Any) -> list[int]:

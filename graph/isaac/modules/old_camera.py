@@ -127,6 +127,8 @@ class Camera(CameraLens):
         return self._made()
 
     def attach_annotator(self, annotator_name: str, **kwargs: Any) -> None:
+        if self._product is None:
+            raise RuntimeError("Camera.initialize() must be called before attach_annotator()")
         self._made()
         if annotator_name not in self._annotators:
             self._annotators[annotator_name] = self._attached(annotator_name, kwargs), kwargs
@@ -139,12 +141,14 @@ class Camera(CameraLens):
                 self._frame.pop(key, None)
 
     def _data(self, annotator: str) -> Any:
-        self.attach_annotator(annotator)
-        found = self._annotators[annotator][0].get_data()
+        found = None
+        if self._product is not None:
+            self.attach_annotator(annotator)
+            found = self._annotators[annotator][0].get_data()
         found = found["data"] if isinstance(found, dict) and "data" in found else found
         if found is not None and len(found):
             return found
-        app().warn("camera-no-data", self.prim_path, f"{annotator} has no data yet; render an update first")
+        app().warn("camera-no-data", self.prim_path, f"{annotator} has no data yet; initialize() and render first")
         return None
 
     def get_rgba(self, device: Any = None) -> Any:
@@ -254,8 +258,9 @@ class Camera(CameraLens):
         return float(near), float(far)
 
     def set_clipping_range(self, near_distance: float | None = None, far_distance: float | None = None) -> None:
-        near, far = self.get_clipping_range()
-        self._camera.CreateClippingRangeAttr().Set((near_distance or near, far_distance or far))
+        before = self.get_clipping_range()
+        given = (old if new is None else new for old, new in zip(before, (near_distance, far_distance), strict=True))
+        self._camera.CreateClippingRangeAttr().Set(tuple(given))
 
     def get_horizontal_fov(self) -> float:
         return float(2 * np.arctan(self.get_horizontal_aperture() / (2 * self.get_focal_length())))
@@ -264,14 +269,14 @@ class Camera(CameraLens):
         width, height = self._resolution
         return self.get_horizontal_fov() * height / float(width)
 
-    def get_intrinsics_matrix(self) -> np.ndarray:
+    def get_intrinsics_matrix(self, device: Any = None, backend_utils_cls: Any = None) -> np.ndarray:
         width, height = self._resolution
         pixels = width * self.get_focal_length() / self.get_horizontal_aperture()
         return np.array([[pixels, 0, width / 2], [0, pixels, height / 2], [0, 0, 1]])
 
     # -- the pinhole model -----------------------------------------------------------------------------------------
 
-    def get_view_matrix_ros(self, device: Any = None) -> np.ndarray:
+    def get_view_matrix_ros(self, device: Any = None, backend_utils_cls: Any = None) -> np.ndarray:
         """World to the camera's optical frame (Z ahead, Y down), (4, 4)."""
         position, orientation = self.get_world_pose("ros")
         pose = np.eye(4)
@@ -283,13 +288,17 @@ class Camera(CameraLens):
         found = self._in_camera(points_3d)[:, :3] @ self._pinhole().T
         return np.asarray(found[:, :2] / found[:, 2:])
 
-    def get_camera_points_from_image_coords(self, points_2d: Any, depth: Any, device: Any = None) -> np.ndarray:
+    def get_camera_points_from_image_coords(
+        self, points_2d: Any, depth: Any, device: Any = None, backend_utils_cls: Any = None
+    ) -> np.ndarray:
         """Points (n, 3) in the optical frame at pixels (n, 2) and depths (n,) along the optical axis."""
         pixels, depths = np.asarray(points_2d, float).reshape(-1, 2), np.asarray(depth, float).reshape(-1, 1)
         rays = np.hstack([pixels, np.ones((len(pixels), 1))]) @ np.linalg.inv(self._pinhole()).T
         return np.asarray(rays * depths)
 
-    def get_world_points_from_image_coords(self, points_2d: Any, depth: Any, device: Any = None) -> np.ndarray:
+    def get_world_points_from_image_coords(
+        self, points_2d: Any, depth: Any, device: Any = None, backend_utils_cls: Any = None
+    ) -> np.ndarray:
         """Points (n, 3) of the world at pixels (n, 2) and depths (n,) along the optical axis."""
         points = self.get_camera_points_from_image_coords(points_2d, depth)
         return np.asarray(_with_ones(points) @ np.linalg.inv(self.get_view_matrix_ros()).T)[:, :3]

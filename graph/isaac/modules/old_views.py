@@ -67,7 +67,7 @@ class _View:
     def post_reset(self) -> None:
         self._view.reset_to_default_state()
 
-    def get_world_poses(self, indices: Any = None, usd: bool = True, clone: bool = True) -> Any:
+    def get_world_poses(self, indices: Any = None, usd: bool = True) -> Any:
         return tuple(one.numpy() for one in self._view.get_world_poses(indices=indices))
 
     def get_local_poses(self, indices: Any = None) -> Any:
@@ -114,12 +114,19 @@ class _View:
     def set_default_state(self, positions: Any = None, orientations: Any = None, indices: Any = None) -> None:
         self._view.set_default_state(positions, orientations, indices=indices)
 
-    # velocities, of views of bodies and robots
+
+class _Moving(_View):
+    """Views of bodies and robots."""
+
+    def get_world_poses(self, indices: Any = None, clone: bool = True, usd: bool = True) -> Any:  # type: ignore[override]
+        return super().get_world_poses(indices)
 
     def get_velocities(self, indices: Any = None, clone: bool = True) -> Any:
         return np.concatenate([one.numpy() for one in self._view.get_velocities(indices=indices)], axis=1)
 
-    def set_velocities(self, velocities: Any, indices: Any = None) -> None:
+    def set_velocities(self, velocities: Any = None, indices: Any = None) -> None:
+        if velocities is None:
+            return
         values = np.asarray(velocities)
         self._view.set_velocities(values[:, :3], values[:, 3:], indices=indices)
 
@@ -129,10 +136,10 @@ class _View:
     def get_angular_velocities(self, indices: Any = None, clone: bool = True) -> Any:
         return self._view.get_velocities(indices=indices)[1].numpy()
 
-    def set_linear_velocities(self, velocities: Any, indices: Any = None) -> None:
+    def set_linear_velocities(self, velocities: Any = None, indices: Any = None) -> None:
         self._view.set_velocities(velocities, None, indices=indices)
 
-    def set_angular_velocities(self, velocities: Any, indices: Any = None) -> None:
+    def set_angular_velocities(self, velocities: Any = None, indices: Any = None) -> None:
         self._view.set_velocities(None, velocities, indices=indices)
 
 
@@ -148,7 +155,7 @@ class GeometryPrim(_View):
             self._view.apply_collision_apis()
 
 
-class RigidPrim(_View):
+class RigidPrim(_Moving):
     _wrapper: Any = new.RigidPrim
 
     def __init__(self, prim_paths_expr: Any, name: str = "rigid_prim_view", *args: Any, **named: Any) -> None:
@@ -173,7 +180,7 @@ class RigidPrim(_View):
         self._view.apply_forces(forces, indices=indices, local_frame=not is_global)
 
 
-class Articulation(_View):
+class Articulation(_Moving):
     _wrapper: Any = new_articulation.Articulation
 
     def __init__(self, prim_paths_expr: Any, name: str = "articulation_prim_view", *args: Any, **named: Any) -> None:

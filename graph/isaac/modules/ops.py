@@ -47,9 +47,11 @@ def place(x: Any, *, dtype: Any = None, device: Any = None) -> Result:
     return result(np.atleast_1d(given), kind)
 
 
-def resolve_indices(x: Any, *, count: int, dtype: Any = None, device: Any = None) -> Result:
+def resolve_indices(x: Any, *, count: int | None = None, dtype: Any = None, device: Any = None) -> Result:
     """(N,) numbers of elements; None: all of `count`, one array for all calls alike."""
     _check(device)
+    if x is None and count is None:
+        raise ValueError("give numbers, or the count of all elements")
     if x is None:
         return _all(count, np.dtype(np.int32 if dtype is None else number_type(dtype)).str)
     return place(array(x).reshape(-1), dtype=dtype)

@@ -82,4 +82,4 @@ IsaacSensorSchema = SimpleNamespace(
     ),
     **{name: type(name, (_Api,), {"name": name}) for name in ("IsaacRtxLidarSensorAPI", "IsaacRtxRadarSensorAPI")},
 )
-RangeSensorSchema = SimpleNamespace(**_schemas("RangeSensor", "Lidar"))
+RangeSensorSchema = SimpleNamespace(**_schemas("RangeSensor", "Generic", "Lidar"))

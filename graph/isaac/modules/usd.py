@@ -25,6 +25,7 @@ __all__ = [
     "UsdContext",
     "UsdContextInitialLoadSet",
     "check_ancestral",
+    "create_material_input",
     "duplicate_prim",
     "get_context",
     "get_context_from_stage",
@@ -277,6 +278,42 @@ def get_prim_at_path(path: Any, usd_context_name: Any = "") -> Any:
 
 def is_path_valid(path: Any) -> bool:
     return bool(Sdf.Path.IsValidPathString(str(path)))
+
+
+def create_material_input(
+    prim: Any,
+    name: str,
+    value: Any,
+    vtype: Any,
+    def_value: Any = None,
+    min_value: Any = None,
+    max_value: Any = None,
+    display_name: str | None = None,
+    display_group: str | None = None,
+    color_space: str | None = None,
+) -> Any:
+    """Sets an input of the shader of a material, or of a shader, and makes it if there is none."""
+    from graph.sim.usd import UsdShade
+
+    material = UsdShade.Material(prim)
+    found = (
+        (material.ComputeSurfaceSource(context)[0] for context in ("mdl", "")) if material else (UsdShade.Shader(prim),)
+    )
+    shader = next(filter(None, found), None)
+    if shader is None:
+        raise ValueError(f"{prim.GetPath()} is neither a shader nor a material with one")
+    made = shader.CreateInput(name, vtype)
+    made.Set(value)
+    limits = {key: one for key, one in (("min", min_value), ("max", max_value)) if one is not None}
+    for key, one in (("default", def_value), ("range", limits or None)):
+        if one is not None:
+            made.GetAttr().SetCustomDataByKey(key, one)
+    for put, text in ((made.SetDisplayGroup, display_group), (made.GetAttr().SetDisplayName, display_name)):
+        if text:
+            put(text)
+    if color_space:
+        made.GetAttr().SetColorSpace(color_space)
+    return made
 
 
 def check_ancestral(prim: Any) -> bool:

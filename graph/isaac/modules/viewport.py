@@ -263,11 +263,11 @@ def set_intrinsics_matrix(viewport_api: Any, intrinsics_matrix: Any, focal_lengt
         camera.CreateVerticalApertureAttr().Set(float(height * focal_length / intrinsics_matrix[1, 1]))
 
 
-def set_active_viewport_camera(camera_path: str, *_: Any) -> None:
-    get_active_viewport().set_active_camera(camera_path)
+def set_active_viewport_camera(camera_prim_path: str) -> None:
+    get_active_viewport().set_active_camera(camera_prim_path)
 
 
-def get_viewport_names(*_: Any) -> list[str]:
+def get_viewport_names(usd_context_name: str | None = None) -> list[str]:
     return [one.title for one in viewports()]
 
 
@@ -279,7 +279,7 @@ def get_id_from_index(index: int) -> Any:
     return next((one.id for one in viewports()[index : index + 1]), None)
 
 
-def get_window_from_id(id: Any, *_: Any) -> Any:
+def get_window_from_id(id: Any, usd_context_name: str | None = None) -> Any:
     return next((one for one in viewports() if one.id == id), None)
 
 

@@ -59,7 +59,7 @@ class VisualMaterial(Prim):
     identity: ClassVar[tuple[str, str]] = ("", "")
     """The attribute that says which shader it is, and its value."""
 
-    def __init__(self, paths: Any) -> None:
+    def __init__(self, paths: Any, *, resolve_paths: bool = True) -> None:
         super().__init__(define(paths, "Material"), resolve_paths=False)
         self.materials = [UsdShade.Material(prim) for prim in self.prims]
         self.shaders = [shader_of(one) or self._author(one) for one in self.materials]

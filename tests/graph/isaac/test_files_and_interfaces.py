@@ -236,3 +236,51 @@ app.close()
 """)
     assert code == 0, err
     assert out.splitlines() == ["['before', 1.0, 'core']"]
+
+
+def test_inputs_of_a_material_are_those_of_its_shader(run_script):
+    code, out, err = run_script("""
+from isaacsim import SimulationApp
+app = SimulationApp()
+import omni.kit.commands, omni.usd
+from pxr import Gf, Sdf, UsdShade
+made = []
+names = {"mdl_name": "OmniGlass.mdl", "mtl_name": "Glass"}
+omni.kit.commands.execute("CreateAndBindMdlMaterialFromLibrary", **names, mtl_created_list=made)
+stage = omni.usd.get_context().get_stage()
+prim = stage.GetPrimAtPath(made[0])
+omni.usd.create_material_input(prim, "glass_color", Gf.Vec3f(0, 1, 0), Sdf.ValueTypeNames.Color3f)
+found = omni.usd.create_material_input(prim, "glass_ior", 1.5, Sdf.ValueTypeNames.Float, 1.4, 1.0, 4.0, "IOR", "Glass")
+shader = UsdShade.Material(prim).ComputeSurfaceSource("mdl")[0]
+print(shader.GetInput("glass_color").Get(), found.Get(), found.GetAttr().GetCustomData(), found.GetDisplayGroup())
+try:
+    omni.usd.create_material_input(stage.DefinePrim("/Nothing"), "x", 1, Sdf.ValueTypeNames.Int)
+except ValueError as error:
+    print(error)
+app.close()
+""")
+    assert code == 0, err
+    assert out.splitlines() == [
+        "(0, 1, 0) 1.5 {'default': 1.4, 'range': {'max': 4.0, 'min': 1.0}} Glass",
+        "/Nothing is neither a shader nor a material with one",
+    ]
+
+
+def test_extensions_are_found_by_name_and_by_the_start_of_their_version(run_script):
+    code, out, err = run_script("""
+from isaacsim import SimulationApp
+app = SimulationApp()
+import isaacsim.core.experimental.utils.app as app_utils
+for name in ("isaacsim.core.nodes", "isaacsim.core.nodes-6.0", "isaacsim.core.nodes-0.1"):
+    print(app_utils.get_extension_id(name))
+found = app_utils.get_extension_dict("isaacsim.core.nodes")
+print(sorted(found), found["package"])
+app.close()
+""")
+    assert code == 0, err
+    assert out.splitlines() == [
+        "isaacsim.core.nodes-6.0.1",
+        "isaacsim.core.nodes-6.0.1",
+        "None",
+        "['package', 'path'] {'id': 'isaacsim.core.nodes-6.0.1', 'name': 'isaacsim.core.nodes', 'version': '6.0.1'}",
+    ]

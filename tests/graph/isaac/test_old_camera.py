@@ -260,3 +260,35 @@ annotator.attach(path)
 world.step(render=True)
 print(annotator.get_data().shape)
 """) == [[(4, 8, 4), True], ["/World/camera", (8, 4)], (2, 6, 4)]
+
+
+def test_the_fisheye_polynomial_is_the_lens_ftheta_by_its_former_arguments(printed):
+    found = printed("""
+camera = Camera("/World/camera", resolution=(64, 32))
+try:
+    camera.set_fisheye_polynomial_properties(1, 2, 3, 4, 5, None)
+except ValueError as error:
+    print(repr(str(error)))
+camera.set_projection_type("fisheyePolynomial")
+camera.set_fisheye_polynomial_properties(1920, 1080, 960, 540, 180, [1, 2, 3, 4, 5])
+camera.set_fisheye_polynomial_properties(None, None, 100, None, None, None)
+print(camera.get_fisheye_polynomial_properties())
+""")
+    assert found == [
+        "/World/camera: call set_projection_type('fisheyePolynomial') first",
+        (1920.0, 1080.0, 100.0, 540.0, 180.0, [1.0, 2.0, 3.0, 4.0, 5.0]),
+    ]
+
+
+def test_a_near_distance_of_0_is_a_distance(printed):
+    found = printed("""
+camera = Camera("/World/camera", resolution=(64, 32))
+camera.set_clipping_range(near_distance=0.0, far_distance=10.0)
+camera.set_clipping_range(far_distance=20.0)
+print(camera.get_clipping_range())
+try:
+    camera.attach_annotator("rgb")
+except RuntimeError as error:
+    print(repr(str(error)))
+""")
+    assert found == [(0.0, 20.0), "Camera.initialize() must be called before attach_annotator()"]

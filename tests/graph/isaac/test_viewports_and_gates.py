@@ -144,7 +144,7 @@ world = World(stage_units_in_meters=1.0)
 world.scene.add(FixedCuboid(prim_path="/Wall", name="wall", position=np.array([2.5, 0, 0]), size=1.0))
 lidar = world.scene.add(LidarRtx(prim_path="/Lidar", name="lidar", config_file_name="Example_Rotary_2D"))
 world.reset()
-print(lidar.get_horizontal_resolution(), lidar.get_num_cols())
+print(lidar.get_horizontal_resolution(), lidar.get_num_cols(), lidar.get_depth_range(), lidar.get_rotation_frequency())
 lidar.attach_annotator("IsaacComputeRTXLidarFlatScan")
 for _ in range(8):
     world.step()
@@ -152,9 +152,19 @@ frame = lidar.get_current_frame()
 depth = frame["linear_depth_data"]
 print(round(float(depth[depth > 0].min()), 4), depth.shape, frame["rendering_frame"])
 print(lidar.get_num_rows(), lidar.get_num_cols(), round(lidar.get_horizontal_resolution(), 4))
+print(lidar.get_rotation_frequency(), lidar.is_paused())
+world.pause()
+print(lidar.is_paused())
 print(lidar.get_horizontal_fov(), round(frame["horizontal_resolution"], 4), len(lidar.get_azimuth_range()))
 app.close()
 """)
     assert code == 0, err
     assert "isaac-inert" not in err
-    assert out.splitlines() == ["None None", "2.0 (3600,) (2, 15)", "1 3600 0.1", "360.0 0.1 2"]
+    assert out.splitlines() == [
+        "None None None None",
+        "2.0 (3600,) (2, 15)",
+        "1 3600 0.1",
+        "10.0 False",
+        "True",
+        "360.0 0.1 2",
+    ]
