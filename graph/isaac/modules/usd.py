@@ -292,7 +292,7 @@ def create_material_input(
     display_group: str | None = None,
     color_space: str | None = None,
 ) -> Any:
-    """Sets an input of the shader of a material, or of a shader, and makes it if there is none."""
+    """Sets an input of a shader, or of the shader of a material; creates it first where it is missing."""
     from graph.sim.usd import UsdShade
 
     material = UsdShade.Material(prim)
