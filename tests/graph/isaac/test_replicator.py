@@ -340,3 +340,13 @@ app.close()
     assert lines == ["True True"]
     assert "cup.usd does not exist" in err
     assert "plate.usd does not exist" in err
+
+
+def test_the_module_of_backends_has_what_the_attribute_has(ran):
+    lines, _ = ran(f"""{APP}
+import omni.replicator.core as rep
+import omni.replicator.core.backends
+print(rep.backends.get("DiskBackend") is not None, omni.replicator.core.backends.BackendDispatch is rep.BackendDispatch)
+app.close()
+""")
+    assert lines == ["True True"]
