@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from graph.sim.usd import Sdf, UsdGeom, UsdPhysics, UsdShade
+from graph.sim.usd import Gf, Sdf, UsdGeom, UsdPhysics, UsdShade
 
 __all__ = [
     "addGroundPlane",
@@ -21,6 +21,11 @@ __all__ = [
     "setCollider",
     "setPhysics",
     "setRigidBody",
+    "setStaticCollider",
+    "set_or_add_orient_op",
+    "set_or_add_scale_op",
+    "set_or_add_scale_orient_translate",
+    "set_or_add_translate_op",
 ]
 _PATHS: dict[int, str] = {}
 
@@ -42,6 +47,10 @@ def setCollider(prim: Any, approximationShape: str = "none", **_: Any) -> None:
             UsdPhysics.CollisionAPI.Apply(one)
         if one.IsA(UsdGeom.Mesh):
             UsdPhysics.MeshCollisionAPI.Apply(one).CreateApproximationAttr().Set(approximationShape)
+
+
+def setStaticCollider(prim: Any, approximationShape: str = "none", **_: Any) -> None:
+    setCollider(prim, approximationShape)
 
 
 def removeRigidBody(prim: Any) -> None:
@@ -91,6 +100,39 @@ addRigidBodyMaterial = add_rigid_body_material  # noqa: N816
 def add_physics_material_to_prim(stage: Any, prim: Any, materialPath: Any) -> None:
     material = UsdShade.Material.Get(stage, materialPath)
     UsdShade.MaterialBindingAPI.Apply(prim).Bind(material, UsdShade.Tokens.weakerThanDescendants, "physics")
+
+
+def _set_or_add(xformable: Any, kind: Any, value: Any, first: Any) -> Any:
+    """The prim's op of a kind with a value of its own type; a new one has single precision."""
+    held = UsdGeom.Xformable(xformable)
+    for op in held.GetOrderedXformOps():
+        if op.GetOpType() == kind and not op.IsInverseOp():
+            now = op.Get()
+            op.Set((first if now is None else type(now))(value))
+            return op
+    made = held.AddXformOp(kind, UsdGeom.XformOp.PrecisionFloat)
+    made.Set(first(value))
+    return made
+
+
+def set_or_add_translate_op(xformable: Any, translate: Any) -> Any:
+    return _set_or_add(xformable, UsdGeom.XformOp.TypeTranslate, translate, Gf.Vec3f)
+
+
+def set_or_add_orient_op(xformable: Any, orient: Any) -> Any:
+    return _set_or_add(xformable, UsdGeom.XformOp.TypeOrient, orient, Gf.Quatf)
+
+
+def set_or_add_scale_op(xformable: Any, scale: Any) -> Any:
+    return _set_or_add(xformable, UsdGeom.XformOp.TypeScale, scale, Gf.Vec3f)
+
+
+def set_or_add_scale_orient_translate(xformable: Any, scale: Any, orient: Any, translate: Any) -> list[Any]:
+    return [
+        set_or_add_translate_op(xformable, translate),
+        set_or_add_orient_op(xformable, orient),
+        set_or_add_scale_op(xformable, scale),
+    ]
 
 
 def createMeshBox(stage: Any, path: str, size: float = 1.0) -> Any:

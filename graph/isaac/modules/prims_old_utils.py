@@ -58,6 +58,7 @@ __all__ = [
     "move_prim",
     "query_parent_path",
     "recompute_extents",
+    "remove_all_semantics",
     "remove_labels",
     "set_prim_attribute_value",
     "set_prim_hide_in_stage_window",
@@ -350,3 +351,7 @@ def add_update_semantics(prim: Any, semantic_label: str, type_label: str = "clas
 
 def get_semantics(prim: Any) -> dict[str, tuple[str, str]]:
     return {f"{name}_{one}": (name, one) for name, held in get_labels(prim).items() for one in held}
+
+
+def remove_all_semantics(prim: Any, recursive: bool = False) -> None:
+    remove_labels(prim, include_descendants=recursive)
