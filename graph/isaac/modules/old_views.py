@@ -12,6 +12,7 @@ from graph.isaac.session import app
 from . import articulation as new_articulation
 from . import prims as new
 from .old_prims import pose_of
+from .old_view_properties import BodyProperties, ColliderProperties, RobotProperties
 from .prim_base import XformPrim
 from .values import DynamicsViewState, XFormPrimViewState
 
@@ -146,7 +147,7 @@ class _Moving(_View):
 class XFormPrim(_View): ...
 
 
-class GeometryPrim(_View):
+class GeometryPrim(ColliderProperties, _View):
     _wrapper: Any = new.GeomPrim
 
     def __init__(self, prim_paths_expr: Any, name: str = "geometry_prim_view", *args: Any, **named: Any) -> None:
@@ -155,7 +156,7 @@ class GeometryPrim(_View):
             self._view.apply_collision_apis()
 
 
-class RigidPrim(_Moving):
+class RigidPrim(BodyProperties, _Moving):
     _wrapper: Any = new.RigidPrim
 
     def __init__(self, prim_paths_expr: Any, name: str = "rigid_prim_view", *args: Any, **named: Any) -> None:
@@ -180,7 +181,7 @@ class RigidPrim(_Moving):
         self._view.apply_forces(forces, indices=indices, local_frame=not is_global)
 
 
-class Articulation(_Moving):
+class Articulation(RobotProperties, _Moving):
     _wrapper: Any = new_articulation.Articulation
 
     def __init__(self, prim_paths_expr: Any, name: str = "articulation_prim_view", *args: Any, **named: Any) -> None:
@@ -196,9 +197,6 @@ class Articulation(_Moving):
 
     def get_dof_index(self, dof_name: str) -> int:
         return int(self._view.get_dof_indices(dof_name).numpy()[0])
-
-    def _joints(self, joint_indices: Any, joint_names: Any) -> Any:
-        return self._view.get_dof_indices(joint_names) if joint_names is not None else joint_indices
 
     def get_joint_positions(
         self, indices: Any = None, joint_indices: Any = None, joint_names: Any = None, clone: bool = True
