@@ -156,7 +156,7 @@ class GeometryPrim(ColliderProperties, _View):
             self._view.apply_collision_apis()
 
 
-class RigidPrim(BodyProperties, _Moving):
+class RigidPrim(BodyProperties, _Moving):  # type: ignore[misc]
     _wrapper: Any = new.RigidPrim
 
     def __init__(self, prim_paths_expr: Any, name: str = "rigid_prim_view", *args: Any, **named: Any) -> None:
