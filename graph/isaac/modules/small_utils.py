@@ -70,7 +70,7 @@ def remove_articulation_root(prim: Any) -> None:
 
 
 def move_articulation_root(src_prim: Any, dst_prim: Any) -> None:
-    """Moves a root; a prim that is none stays as it is."""
+    """Moves the articulation root from one prim to another, if the first one has it."""
     if src_prim.HasAPI(UsdPhysics.ArticulationRootAPI):
         remove_articulation_root(src_prim)
         add_articulation_root(dst_prim)
