@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from graph.sim import settings as keys
@@ -33,6 +33,8 @@ class AnnotatedWriter:
 
     annotators: Sequence[Annotator | str] = ()
     data_structure = "annotator"
+    prepare: Callable[[list[Annotator]], list[Annotator]] | None = None
+    """Gives the annotators to attach, from those of the writer."""
     _attached: Sequence[Annotator] = ()
     _product: RenderProduct | None = None
 
@@ -47,8 +49,8 @@ class AnnotatedWriter:
         """
         self._product, self._attached = product, []
         try:
-            for one in self.annotators:
-                annotator = Annotator(find_annotator(one)) if isinstance(one, str) else one
+            made = [Annotator(find_annotator(one)) if isinstance(one, str) else one for one in self.annotators]
+            for annotator in self.prepare(made) if self.prepare else made:
                 self._attached = [*self._attached, annotator.attach(product)]
         except BaseException:
             self.release()

@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
-import inspect
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from graph.isaac.outcomes import UnsupportedError, inert, tell_inert
+from graph.isaac.outcomes import inert, tell_inert
 from graph.isaac.session import app, warn
 from sensors import replicator as ours
 from sensors.annotators.annotator import Annotator as OurAnnotator
 from sensors.products import remove_product
 from sensors.writers import AnnotatedWriter, AttachedWriter
 
+from .replicator_augment import (
+    Augmentation,
+    augmentation_of,
+    augmentations_default,
+    changed,
+    get_augmentation,
+    register_augmentation,
+)
 from .replicator_draws import distribution, trigger, triggers
 from .replicator_files import BackendDispatch, backends
 from .replicator_functional import functional
@@ -25,11 +33,13 @@ from .replicator_random import get, new_layer, randomizer
 __all__ = [
     "Annotator",
     "AnnotatorRegistry",
+    "Augmentation",
     "BackendDispatch",
     "RenderProduct",
     "Writer",
     "WriterRegistry",
     "annotators",
+    "augmentations_default",
     "backends",
     "create",
     "distribution",
@@ -136,37 +146,30 @@ class Annotator(OurAnnotator):
         found = super().get_data(*args[:0])
         for change in self.__dict__.get("_augmented", ()):
             held = found["data"] if isinstance(found, dict) else found
-            held = change(held) if getattr(held, "size", 0) else held
+            held = changed(held, change) if getattr(held, "size", 0) else held
             found = {**found, "data": held} if isinstance(found, dict) else held
         return found
 
     def augment(self, augmentation: Any, *_: Any, **options: Any) -> Annotator:
         """Changes the data of each frame by a function of NumPy arrays, or by the name of one."""
-        change = _AUGMENTATIONS.get(augmentation) if isinstance(augmentation, str) else augmentation
-        if not callable(change):
-            raise UnsupportedError(f"{AUGMENTATION} {augmentation!r}: Warp kernels do not run here; give a function")
-        known = inspect.signature(change).parameters
-        given = {name: value for name, value in options.items() if name in known}
-        self._augmented = [*self.__dict__.get("_augmented", ()), partial(change, **given)]
+        self._augmented = [*self.__dict__.get("_augmented", ()), augmentation_of(augmentation, options)]
         return self
+
+    def augment_compose(self, augmentations: Any, *_: Any, **__: Any) -> Annotator:
+        """The same by several, one after the other."""
+        for one in augmentations:
+            self.augment(one)
+        return self
+
+    def augmented_again(self) -> Annotator:
+        """Another annotator of the same name, with the same augmentations."""
+        made: Annotator = get_annotator(self.name)
+        made._augmented = list(self.__dict__.get("_augmented", ()))
+        return made
 
     @property
     def template_name(self) -> str:
         return str(self.name)
-
-
-AUGMENTATION = "omni.replicator.core.annotators.augment"
-_AUGMENTATIONS: dict[str, Any] = {"RgbaToRgb": lambda pixels: pixels[..., :3]}
-
-
-def _augmentation(function: Any, **options: Any) -> Any:
-    return partial(function, **options) if callable(function) else function
-
-
-class Augmentation:
-    """`Augmentation.from_function(f)`, for `annotator.augment`."""
-
-    from_function = staticmethod(_augmentation)
 
 
 def get_annotator(
@@ -180,6 +183,9 @@ def get_annotator(
         warn(
             "annotator-on-host", name, f"device {device!r}: its arrays are in host memory; .numpy() gives them as well"
         )
+    if name in _REGISTERED:
+        held = _REGISTERED[name].augmented_again()
+        return held if render_products is None else held.attach(render_products)
     made = ours.get_annotator(_present(name), init_params, None, None, do_array_copy)
     made.__class__ = Annotator
     return made if render_products is None else made.attach(render_products)
@@ -194,21 +200,34 @@ def _present(name: str) -> str:
     return tail
 
 
+_REGISTERED: dict[str, Annotator] = {}
+
+
+def _annotator(given: Any) -> Any:
+    return get_annotator(given) if isinstance(given, str) else given
+
+
 class AnnotatorRegistry:
     get_annotator = staticmethod(get_annotator)
     get = staticmethod(get_annotator)
     get_registered_annotators = staticmethod(ours.AnnotatorRegistry.get_registered_annotators)
     get_registered = get_registered_annotators
 
-    @staticmethod
-    def register_augmentation(name: str, augmentation: Any) -> None:
-        _AUGMENTATIONS[name] = augmentation
-
-    @staticmethod
-    def get_augmentation(name: str) -> Any:
-        return _AUGMENTATIONS[name]
-
+    register_augmentation = staticmethod(register_augmentation)
+    get_augmentation = staticmethod(get_augmentation)
     Augmentation = Augmentation
+
+    @staticmethod
+    def register(name: str, annotator: Any) -> None:
+        _REGISTERED[name] = annotator
+
+    @staticmethod
+    def augment(source_annotator: Any, augmentation: Any, *_: Any, **options: Any) -> Any:
+        return _annotator(source_annotator).augment(augmentation, **options)
+
+    @staticmethod
+    def augment_compose(source_annotator: Any, augmentations: Any, *_: Any, **__: Any) -> Any:
+        return _annotator(source_annotator).augment_compose(augmentations)
 
     @staticmethod
     def register_annotator_from_node(name: str, *_: Any, **__: Any) -> None:
@@ -248,6 +267,8 @@ class _AttachedWriter:
     def __init__(self, name: str, options: Any = None) -> None:
         self._name, self._options = name, dict(options or {})
         self._held: list[Any] = []
+        self._added: list[Annotator] = []
+        self._augmentations: list[tuple[str, Any]] = []
         ours.get_writer(name)  # an unknown name is an error now, not later
 
     def initialize(self, **options: Any) -> _AttachedWriter:
@@ -260,8 +281,36 @@ class _AttachedWriter:
     def attach(self, render_products: Any, trigger: Any = None) -> _AttachedWriter:
         for one in render_products if isinstance(render_products, (list, tuple)) else [render_products]:
             made = ours.get_writer(self._name).initialize(**self._options)
+            made.spec = replace(made.spec, factory=partial(self._prepared, made.spec.factory))
             self._held.append(made.attach([_bare(one)]))
         return self
+
+    def _prepared(self, factory: Any, **options: Any) -> Any:
+        """A writer whose annotators are augmented and joined by those that were added."""
+        made = factory(**options)
+        if isinstance(made, AnnotatedWriter):
+            made.prepare = self._annotators
+        return made
+
+    def _annotators(self, given: list[Any]) -> list[Any]:
+        added = {one.name: one.augmented_again() for one in self._added}
+        out = [added.pop(one.name, one) for one in given]
+        out += added.values()
+        for name, change in self._augmentations:
+            for one in out:
+                if one.name == name:
+                    one.__class__ = Annotator
+                    one._augmented = [*one.__dict__.get("_augmented", ()), change]
+        return out
+
+    def add_annotator(self, annotator: Any) -> None:
+        """Writes an annotator's data too, in place of the writer's own of the same name."""
+        self._added.append(_annotator(annotator))
+
+    def augment_annotator(self, annotator: Any, augmentation: Any, **options: Any) -> None:
+        """Changes the data of one of the writer's annotators, from its next `attach` on."""
+        name = annotator if isinstance(annotator, str) else annotator.name
+        self._augmentations.append((name, augmentation_of(augmentation, options)))
 
     async def attach_async(self, render_products: Any, trigger: Any = None) -> _AttachedWriter:
         return self.attach(render_products)

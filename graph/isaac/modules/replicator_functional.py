@@ -11,7 +11,8 @@ from graph.sim.usd import Sdf, UsdPhysics, UsdShade
 
 from . import replicator_files as files
 from .replicator_draws import CORE
-from .replicator_prims import KINDS, MISSING, POSE, RANDOM, label, make, pose, posed, prims_of, set_attribute, show
+from .replicator_prims import KINDS, MISSING, POSE, label, make, pose, posed, prims_of, set_attribute, show
+from .replicator_scatter import functional_randomizer
 from .stage import generate_next_free_path, refer
 from .visual_materials import OmniGlassMaterial, OmniPbrMaterial, VisualMaterial
 
@@ -134,7 +135,7 @@ class Functional(Refusing):
     create_batch = FunctionalBatch(f"{CORE}.functional.create_batch", MISSING)
     modify = FunctionalModify(f"{CORE}.functional.modify", MISSING)
     physics = FunctionalPhysics(f"{CORE}.functional.physics", MISSING)
-    randomizer = Refusing(f"{CORE}.functional.randomizer", RANDOM)
+    randomizer = functional_randomizer
     write_image = staticmethod(files.write_image)
     write_json = staticmethod(files.write_json)
     write_np = staticmethod(files.write_np)

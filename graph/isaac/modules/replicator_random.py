@@ -16,6 +16,7 @@ from graph.sim.usd import UsdGeom, UsdShade
 from . import prim_utils
 from .replicator_draws import CORE, Draw, distribution, drawn, each_frame
 from .replicator_prims import Items, Modify, modify, prims_of
+from .replicator_scatter import in_volumes, on_surfaces, scatter, units
 
 MISSING_RANDOM = "this randomizer is not here; modify.pose and modify.attribute take distributions"
 
@@ -113,6 +114,55 @@ class Randomizer(Refusing):
             for prim in prims:
                 material = prims_of(drawn(pick))[0]
                 UsdShade.MaterialBindingAPI.Apply(prim).Bind(UsdShade.Material(material))
+
+        each_frame(act)
+
+    def scatter_2d(
+        self,
+        surface_prims: Any,
+        no_coll_prims: Any = None,
+        min_samp: Any = (None, None, None),
+        max_samp: Any = (None, None, None),
+        seed: int | None = None,
+        offset: float = 0.0,
+        check_for_collisions: bool = False,
+        input_prims: Any = None,
+        name: str | None = None,
+    ) -> None:
+        """Puts the chosen prims at random places on surfaces; min_samp and max_samp bound them."""
+        prims, surfaces, obstacles = Modify.chosen(input_prims), prims_of(surface_prims), prims_of(no_coll_prims or [])
+        unit = units(seed)
+
+        def act() -> None:
+            places = on_surfaces(surfaces, drawn(offset), unit)
+            scatter(prims, places, (min_samp, max_samp), obstacles, check_for_collisions)
+
+        each_frame(act)
+
+    def scatter_3d(
+        self,
+        volume_prims: Any = None,
+        no_coll_prims: Any = None,
+        volume_excl_prims: Any = None,
+        min_samp: Any = (None, None, None),
+        max_samp: Any = (None, None, None),
+        resolution_scaling: float = 1.0,
+        voxel_size: float = 0.0,
+        check_for_collisions: bool = False,
+        prevent_vol_overlap: bool = True,
+        viz_sampled_voxels: bool = False,
+        seed: int | None = None,
+        input_prims: Any = None,
+        name: str | None = None,
+    ) -> None:
+        """Puts the chosen prims at random places inside volumes; min_samp and max_samp bound them, or are the room."""
+        prims, obstacles = Modify.chosen(input_prims), prims_of(no_coll_prims or [])
+        volumes, excluded = prims_of(volume_prims or []), prims_of(volume_excl_prims or [])
+        limits, unit = (min_samp, max_samp), units(seed)
+
+        def act() -> None:
+            places = in_volumes(volumes, excluded, limits, unit)
+            scatter(prims, places, limits, obstacles, check_for_collisions)
 
         each_frame(act)
 

@@ -229,7 +229,7 @@ app.close()
         ("rep.distribution.normal((0, 0), (1, -1))", "the standard deviation is below 0"),
         ("rep.trigger.on_condition()", "trigger.on_condition: this trigger is not here; use on_frame"),
         ("rep.trigger.on_time(0)", "interval 0 s; give a time above 0"),
-        ("rep.randomizer.scatter_2d([])", "randomizer.scatter_2d: this randomizer is not here; modify.pose"),
+        ("rep.randomizer.instantiate([])", "randomizer.instantiate: this randomizer is not here; modify.pose"),
         ("rep.functional.randomizer.display_color([])", "randomizer.display_color: it is not here; draw a value"),
         ("rep.create.material_mdl()", "create.material_mdl: it is not here"),
         ("rep.create.material_omnipbr(bump=1.0)", "material_omnipbr(bump=...): it is not here"),
@@ -350,3 +350,62 @@ print(rep.backends.get("DiskBackend") is not None, omni.replicator.core.backends
 app.close()
 """)
     assert lines == ["True True"]
+
+
+def test_writers_write_augmented_and_added_annotators(run_script, tmp_path):
+    """Colours to HSV and back keep a red cube red; a shift of a depth reaches the written file."""
+    code, out, err = run_script(
+        f"""import numpy as np
+from PIL import Image
+from isaacsim import SimulationApp
+app = SimulationApp()
+import omni.replicator.core as rep
+
+def shift(data_in, by):
+    data_in += by
+    return data_in
+
+def noise(data_in, seed):
+    return data_in + np.random.default_rng(seed).normal(0, 2, data_in.shape)
+
+rep.create.cube(position=(0, 0, 0), semantics=[("class", "box")])
+product = rep.create.render_product(rep.create.camera(position=(0, 0, 5), look_at=(0, 0, 0)), (32, 32))
+make = rep.annotators.Augmentation.from_function
+hsv, rgb = (make(one) for one in (rep.augmentations_default.aug_rgb_to_hsv, rep.augmentations_default.aug_hsv_to_rgb))
+plain = rep.annotators.get("rgb").attach(product)
+depth = rep.annotators.get("distance_to_camera").attach(product)
+rep.annotators.register("noisy", rep.annotators.augment_compose(rep.annotators.get("rgb"), [make(noise, seed=None)]))
+noisy = rep.annotators.get("noisy").attach(product)
+writer = rep.WriterRegistry.get("BasicWriter")
+writer.initialize(output_dir={str(tmp_path / "out")!r}, rgb=True, distance_to_camera=True)
+writer.add_annotator(rep.annotators.get("rgb").augment_compose([hsv, rgb], name="rgb"))
+writer.augment_annotator("distance_to_camera", make(shift), by=10.0)
+writer.attach([product])
+rep.orchestrator.step()
+found = np.array(Image.open({str(tmp_path / "out" / "rgb_0000.png")!r})).astype(int)
+print(abs(found - plain.get_data()).max() <= 8, found.max() > 50)
+far = np.load({str(tmp_path / "out" / "distance_to_camera_0000.npy")!r})
+print(np.allclose(far, depth.get_data() + 10.0))
+print(noisy.get_data().dtype, np.array_equal(noisy.get_data(), plain.get_data()))
+print(np.array_equal(noisy.get_data(), noisy.get_data()))
+app.close()
+"""
+    )
+    assert code == 0, err
+    assert out.splitlines() == ["True True", "True", "uint8 False", "True"]
+
+
+def test_hue_saturation_and_value_are_those_of_pure_colours(run_script):
+    code, out, err = run_script(
+        """import numpy as np
+import omni.replicator.core as rep
+colours = np.array([[[255, 0, 0, 9], [0, 255, 0, 9], [0, 0, 255, 9], [7, 7, 7, 9], [0, 0, 0, 9]]], np.uint8)
+turned = rep.augmentations_default.aug_rgb_to_hsv(colours)
+print(turned[0].tolist())
+print(rep.augmentations_default.aug_hsv_to_rgb(turned)[0].tolist())
+"""
+    )
+    assert code == 0, err
+    first, second = out.splitlines()
+    assert first == "[[0, 255, 255, 9], [85, 255, 255, 9], [171, 255, 255, 9], [0, 0, 7, 9], [0, 0, 0, 9]]"
+    assert second == "[[255, 0, 0, 9], [3, 255, 0, 9], [0, 3, 255, 9], [7, 7, 7, 9], [0, 0, 0, 9]]"

@@ -307,7 +307,7 @@ FRANKA = "isaacsim.robot.manipulators.examples.franka.controllers"
     [
         ("import isaacsim.cortex.framework.df as df\ndf.DfNetwork()", "Cortex is not here"),
         (f"from {FRANKA} import RMPFlowController\nRMPFlowController()", "motion generation is not here"),
-        ("import omni.replicator.core as rep\nrep.randomizer.scatter_2d()", "this randomizer is not here"),
+        ("import omni.replicator.core as rep\nrep.randomizer.instantiate()", "this randomizer is not here"),
         ("import omni.usd\nomni.usd.get_contex()", "did you mean"),
         ("from omni.usd import nothing", "cannot import name"),
         ("import omni.no_such_thing", "No module named 'omni.no_such_thing'"),
