@@ -236,8 +236,6 @@ def holonomic_robot_usd_setup(db: Database) -> bool:
 
     For a robot without such joints the outputs keep their values, with a warning.
     """
-    from graph.sim.usd import Usd, UsdGeom, UsdPhysics
-
     inputs, outputs, stage = db.inputs, db.outputs, db.app.stage
     if inputs.usePath:
         robot, center = inputs.robotPrimPath, inputs.comPrimPath
@@ -246,26 +244,47 @@ def holonomic_robot_usd_setup(db: Database) -> bool:
     for path in (robot, center or robot):
         if not path or not prim_at(stage, path):
             db.lack(f"there is no prim {path} on the stage" if path else "no robot; set robotPrim")
-    prims = Usd.PrimRange(stage.GetPrimAtPath(robot), Usd.TraverseInstanceProxies())
-    joints = [UsdPhysics.RevoluteJoint(prim) for prim in prims if prim.HasAttribute(ANGLE)]
-    if not joints:
+    try:
+        found = wheels_of(stage, robot, center or robot)
+    except ValueError as error:
+        db.fail(str(error))
+    if found is None:
         db.warn("wheels-missing", f"{robot} has no wheels: give their revolute joints {RADIUS} and {ANGLE}")
         return False
-    if not all(joints):
-        db.fail(f"a prim below {robot} has {ANGLE} and is not a revolute joint; give it to the wheels' joints")
-    outputs.wheelRadius = [_number(db, joint, RADIUS) for joint in joints]
-    outputs.mecanumAngles = [_number(db, joint, ANGLE) for joint in joints]
-    outputs.wheelPositions, outputs.wheelOrientations = wheel_frames(stage, center or robot, joints)
-    outputs.wheelAxis = AXES[str(joints[-1].GetAxisAttr().Get())]
-    outputs.upAxis = AXES[str(UsdGeom.GetStageUpAxis(stage))]
-    outputs.wheelDofNames = [joint.GetPrim().GetName() for joint in joints]
+    for name, value in found.items():
+        setattr(outputs, name, value)
     return True
 
 
-def _number(db: Database, joint: Any, name: str) -> float:
+def wheels_of(stage: Any, robot: str, center: str) -> dict[str, Any] | None:
+    """The outputs of HolonomicRobotUsdSetup by name; None for a robot without wheels.
+
+    Raises ValueError for a wheel without its attributes, and for a prim with them that is another kind of joint.
+    """
+    from graph.sim.usd import Usd, UsdGeom, UsdPhysics
+
+    prims = Usd.PrimRange(stage.GetPrimAtPath(robot), Usd.TraverseInstanceProxies())
+    joints = [UsdPhysics.RevoluteJoint(prim) for prim in prims if prim.HasAttribute(ANGLE)]
+    if not joints:
+        return None
+    if not all(joints):
+        raise ValueError(f"a prim below {robot} has {ANGLE} and is not a revolute joint; give it to the wheels' joints")
+    positions, orientations = wheel_frames(stage, center, joints)
+    return {
+        "wheelRadius": [_number(joint, RADIUS) for joint in joints],
+        "mecanumAngles": [_number(joint, ANGLE) for joint in joints],
+        "wheelPositions": positions,
+        "wheelOrientations": orientations,
+        "wheelAxis": AXES[str(joints[-1].GetAxisAttr().Get())],
+        "upAxis": AXES[str(UsdGeom.GetStageUpAxis(stage))],
+        "wheelDofNames": [joint.GetPrim().GetName() for joint in joints],
+    }
+
+
+def _number(joint: Any, name: str) -> float:
     value = joint.GetPrim().GetAttribute(name).Get()
     if value is None:
-        db.fail(f"{joint.GetPath()} has no {name}; author it")
+        raise ValueError(f"{joint.GetPath()} has no {name}; author it")
     return float(value)
 
 

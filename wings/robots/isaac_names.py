@@ -9,12 +9,14 @@ import numpy as np
 
 from graph.isaac.modules.robots import BaseController
 from graph.isaac.modules.values import ArticulationAction
+from graph.isaac.session import app
 
 from . import ackermann, holonomic, quintic
 
 __all__ = [
     "AckermannController",
     "HolonomicController",
+    "HolonomicRobotUsdSetup",
     "normalize_angle",
     "pid_control",
     "quintic_polynomials_planner",
@@ -216,6 +218,28 @@ def quintic_polynomials_planner(
         raise ValueError(f"no path of {quintic.DURATIONS[0]} to {quintic.DURATIONS[-1]} s keeps max_accel and max_jerk")
     out = (path.times, path.xs, path.ys, path.headings, path.speeds, path.accelerations, path.jerks)
     return tuple(one.tolist() for one in out)
+
+
+class HolonomicRobotUsdSetup:
+    """Reads the wheels of a robot on the stage: revolute joints with isaacmecanumwheel:radius and :angle."""
+
+    def __init__(self, robot_prim_path: str, com_prim_path: str = "") -> None:
+        stage = app().stage
+        center = com_prim_path if com_prim_path and stage.GetPrimAtPath(com_prim_path) else robot_prim_path
+        found = holonomic.wheels_of(stage, robot_prim_path, center)
+        if found is None:
+            raise ValueError(
+                f"{robot_prim_path} has no wheels: give their revolute joints {holonomic.RADIUS} and {holonomic.ANGLE}"
+            )
+        self._found = found
+
+    def get_holonomic_controller_params(self) -> tuple[Any, ...]:
+        """Radii, positions, orientations w, x, y, z, mecanum angles [deg], axle and up axis."""
+        names = ("wheelRadius", "wheelPositions", "wheelOrientations", "mecanumAngles", "wheelAxis", "upAxis")
+        return tuple(np.asarray(self._found[name]) for name in names)
+
+    def get_articulation_controller_params(self) -> list[str]:
+        return list(self._found["wheelDofNames"])
 
 
 class New:

@@ -14,12 +14,17 @@ from graph.sim.scene.assets import StandIn
 from graph.sim.scene.lamps import LAMP_RADIUS
 from graph.sim.usd import Usd, UsdGeom
 
+from .legged import MODELS as LEGGED
+from .legged import quadruped
 from .parts import add_box, ground, make_body
 from .robots import (
     CARTER,
+    CREATE,
     FORKLIFT,
+    JACKAL,
     JETBOT,
     NOVA_CARTER,
+    TURTLEBOT,
     ant,
     articulation,
     cartpole,
@@ -29,6 +34,7 @@ from .robots import (
     vehicle,
 )
 from .universal_robots import MODELS, universal_robot
+from .ycb import SIZES, ycb
 
 ROOM, ROOM_HEIGHT = (8.0, 8.0), 3.0
 HALL, HALL_HEIGHT = (20.0, 30.0), 9.0
@@ -80,19 +86,33 @@ def _block(stage: Any) -> Any:
     return root
 
 
+WHEELED, ARM_OF_9 = "a box on its two driven wheels", "an arm with its 9 joints, links as boxes"
 KNOWN: tuple[tuple[str, Callable[[Any], Any], str], ...] = (
     (r"/Environments/Grid/", ground, "an endless ground plane"),
     (r"/Environments/Simple_Room/", _room, "a room of 8 x 8 m with a table"),
     (r"/Environments/Simple_Warehouse/", _hall, "a hall of 20 x 30 m with four racks"),
     (r"/Props/Blocks/", _block, "a cube of 5 cm"),
-    (r"/Robots/(FrankaRobotics/FrankaPanda|Franka)/franka[^/]*$", franka, "an arm with its 9 joints, links as boxes"),
+    (r"/Robots/(FrankaRobotics/FrankaPanda|Franka)/franka[^/]*$", franka, ARM_OF_9),
+    (r"/(FrankaRobotics/FrankaFR3|Franka/FR3)/fr3[^/]*$", partial(franka, name="fr3"), ARM_OF_9),
+    *(
+        (rf"/{name}/{name}\.usd$", partial(quadruped, name), "a box on four legs with their 12 joints, as capsules")
+        for name in LEGGED
+    ),
+    *(
+        (rf"/YCB/{folder}/{number}_[^/]*$", partial(ycb, number, solid), "a box of its size")
+        for number in SIZES
+        for folder, solid in (("Axis_Aligned_Physics", True), ("Axis_Aligned", False))
+    ),
     *(
         (rf"/UniversalRobots/{name}/{name}[^/]*$", partial(universal_robot, name), "an arm with its 6 joints, as boxes")
         for name in MODELS
     ),
-    (r"/Robots/(NVIDIA/)?Jetbot/jetbot[^/]*$", partial(vehicle, JETBOT), "a box on its two driven wheels"),
-    (r"/nova_carter\.usd$", partial(vehicle, NOVA_CARTER), "a box on its two driven wheels"),
-    (r"/Carter/carter_v1\.usd$", partial(vehicle, CARTER), "a box on its two driven wheels"),
+    (r"/Robots/(NVIDIA/)?Jetbot/jetbot[^/]*$", partial(vehicle, JETBOT), WHEELED),
+    (r"/(nova_carter[^/]*|carter_v2[^/]*)\.usd$", partial(vehicle, NOVA_CARTER), WHEELED),
+    (r"/Carter/carter_v1[^/]*\.usd$", partial(vehicle, CARTER), WHEELED),
+    (r"/Turtlebot[^/]*/.*turtlebot3_burger[^/]*$", partial(vehicle, TURTLEBOT), WHEELED),
+    (r"/iRobot/.*create_3[^/]*$", partial(vehicle, CREATE), WHEELED),
+    (r"/Clearpath/Jackal/jackal[^/]*$", partial(vehicle, JACKAL), "a box on its four driven wheels"),
     (r"/ForkliftC/forklift_c[^/]*$", partial(vehicle, FORKLIFT), "a box on four driven wheels, two of which steer"),
     (r"/SimpleArticulation/simple_articulation[^/]*$", articulation, "an arm on a fixed pivot, and a slider on it"),
     (r"/SimpleArticulation/articulation_3_joints[^/]*$", three_joints, "the arm and slider, and a second arm on it"),

@@ -11,18 +11,29 @@ from graph.sim.usd import Gf, Sdf, UsdGeom, UsdPhysics, UsdShade
 from .parts import Numbers, add_box, add_drive, frame_at, ground, join, make_body
 
 EFFORTS = (87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0)
-"""Of the Franka's joints [N m]; fingers 20 N."""
+"""Of the Franka's joints [N m]; fingers 200 N, which Isaac Lab gives them, so that each holds its own place."""
 ARM = (
-    # at [m], turned about x by [deg], lower and upper limit [rad], mass of the link [kg]
-    ((0, 0, 0.333), 0, -2.8973, 2.8973, 2.74),
-    ((0, 0, 0), -90, -1.7628, 1.7628, 2.74),
-    ((0, -0.316, 0), 90, -2.8973, 2.8973, 2.38),
-    ((0.0825, 0, 0), 90, -3.0718, -0.0698, 2.38),
-    ((-0.0825, 0.384, 0), -90, -2.8973, 2.8973, 2.74),
-    ((0, 0, 0), 90, -0.0175, 3.7525, 1.55),
-    ((0.088, 0, 0), 90, -2.8973, 2.8973, 0.54),
+    # at [m], turned about x by [deg], mass of the link [kg]
+    ((0, 0, 0.333), 0, 2.74),
+    ((0, 0, 0), -90, 2.74),
+    ((0, -0.316, 0), 90, 2.38),
+    ((0.0825, 0, 0), 90, 2.38),
+    ((-0.0825, 0.384, 0), -90, 2.74),
+    ((0, 0, 0), 90, 1.55),
+    ((0.088, 0, 0), 90, 0.54),
 )
 """Frames of the Franka's seven joints, each in that of the joint before (its data sheet)."""
+LIMITS = {
+    "panda": (
+        (-2.8973, -1.7628, -2.8973, -3.0718, -2.8973, -0.0175, -2.8973),
+        (2.8973, 1.7628, 2.8973, -0.0698, 2.8973, 3.7525, 2.8973),
+    ),
+    "fr3": (
+        (-2.7437, -1.7837, -2.9007, -3.0421, -2.8065, 0.5445, -3.0159),
+        (2.7437, 1.7837, 2.9007, -0.1518, 2.8065, 4.5169, 3.0159),
+    ),
+}
+"""Lowest and highest joint positions [rad] of the Panda and of the Research 3, whose frames are the same."""
 HOME = (0.0, -0.57, 0.0, -2.81, 0.0, 3.037, 0.741)
 """The joint positions at which it stands [rad]."""
 VARIANTS = {"Gripper": ("Default", "AlternateFinger", "None", "Robotiq_2F_85"), "Mesh": ("Performance", "Quality")}
@@ -36,19 +47,19 @@ GROUND_OF_ANT = -0.78
 """The height of the ground below an ant at the origin [m]."""
 
 
-def franka(stage: Any) -> Any:
+def franka(stage: Any, name: str = "panda") -> Any:
     """Seven revolute joints and two fingers; its links have no colliders but the fingers."""
-    root = UsdGeom.Xform.Define(stage, "/panda").GetPrim()
+    root = UsdGeom.Xform.Define(stage, f"/{name}").GetPrim()
     UsdPhysics.ArticulationRootAPI.Apply(root)
     root.CreateAttribute("physxArticulation:enabledSelfCollisions", Sdf.ValueTypeNames.Bool).Set(False)
-    pose, link = Gf.Matrix4d(1.0), _link(stage, "panda_link0", Gf.Matrix4d(1.0), 2.8, 0.14)
-    base = UsdPhysics.FixedJoint.Define(stage, "/panda/rootJoint")
+    pose, link = Gf.Matrix4d(1.0), _link(stage, f"/{name}/{name}_link0", Gf.Matrix4d(1.0), 2.8, 0.14)
+    base = UsdPhysics.FixedJoint.Define(stage, f"/{name}/rootJoint")
     base.CreateBody1Rel().SetTargets([link])
-    for number, (at, turn, lower, upper, mass) in enumerate(ARM, start=1):
+    for number, ((at, turn, mass), lower, upper) in enumerate(zip(ARM, *LIMITS[name], strict=True), start=1):
         step = frame_at(at, (1, 0, 0), turn)
         pose = frame_at((0, 0, 0), (0, 0, 1), math.degrees(HOME[number - 1])) * step * pose
-        child = _link(stage, f"panda_link{number}", pose, mass, 0.12)
-        joint = UsdPhysics.RevoluteJoint.Define(stage, f"{link}/panda_joint{number}")
+        child = _link(stage, f"/{name}/{name}_link{number}", pose, mass, 0.12)
+        joint = UsdPhysics.RevoluteJoint.Define(stage, f"{link}/{name}_joint{number}")
         join(joint, link, child, step)
         joint.CreateAxisAttr("Z")
         joint.CreateLowerLimitAttr(math.degrees(lower))
@@ -56,29 +67,28 @@ def franka(stage: Any) -> Any:
         add_drive(joint, "angular", 100.0, 10.0, EFFORTS[number - 1], math.degrees(HOME[number - 1]))
         link = child
     step = frame_at((0, 0, FLANGE), (0, 0, 1), HAND_TURN)
-    hand = _link(stage, "panda_hand", step * pose, 0.73, 0.1)
-    join(UsdPhysics.FixedJoint.Define(stage, f"{link}/panda_hand_joint"), link, hand, step)
-    for number, (name, side) in enumerate((("panda_leftfinger", 1), ("panda_rightfinger", -1)), start=1):
+    hand = _link(stage, f"/{name}/{name}_hand", step * pose, 0.73, 0.1)
+    join(UsdPhysics.FixedJoint.Define(stage, f"{link}/{name}_hand_joint"), link, hand, step)
+    for number, (finger_name, side) in enumerate((("leftfinger", 1), ("rightfinger", -1)), start=1):
         turned = frame_at((0, 0, FINGERS_AT), (0, 0, 1), 0.0 if side > 0 else 180.0)
         opened = frame_at((0, FINGERS_APART, 0), (0, 0, 1), 0.0) * turned * step * pose
-        finger = _link(stage, name, opened, 0.1, 0.05, solid=True)
-        joint = UsdPhysics.PrismaticJoint.Define(stage, f"{hand}/panda_finger_joint{number}")
+        finger = _link(stage, f"/{name}/{name}_{finger_name}", opened, 0.1, 0.05, solid=True)
+        joint = UsdPhysics.PrismaticJoint.Define(stage, f"{hand}/{name}_finger_joint{number}")
         join(joint, hand, finger, turned)
         joint.CreateAxisAttr("Y")
         joint.CreateLowerLimitAttr(0.0)
         joint.CreateUpperLimitAttr(FINGERS_APART)
-        add_drive(joint, "linear", 1000.0, 100.0, 20.0, FINGERS_APART)
-    for name, choices in VARIANTS.items():
-        variants = root.GetVariantSets().AddVariantSet(name)
+        add_drive(joint, "linear", 2000.0, 100.0, 200.0, FINGERS_APART)
+    for variant_set, choices in VARIANTS.items():
+        variants = root.GetVariantSets().AddVariantSet(variant_set)
         for choice in choices:
             variants.AddVariant(choice)
         variants.SetVariantSelection(choices[0])
     return root
 
 
-def _link(stage: Any, name: str, pose: Any, mass: float, height: float, *, solid: bool = False) -> str:
+def _link(stage: Any, path: str, pose: Any, mass: float, height: float, *, solid: bool = False) -> str:
     """A link of the Franka with a box of this height on its z axis."""
-    path = f"/panda/{name}"
     prim = UsdGeom.Xform.Define(stage, path)
     prim.AddTransformOp().Set(pose)
     make_body(prim.GetPrim(), mass, [mass * 0.01] * 3)
@@ -161,6 +171,45 @@ CARTER = Vehicle(
         Wheel("right_wheel_link", "right_wheel", 0, -0.27, 0.24),
     ),
     (-0.4, 0.06),
+)
+TURTLEBOT = Vehicle(
+    "turtlebot3_burger",
+    "base_link",
+    (0.138, 0.14, 0.12),
+    (-0.032, 0, 0.09),
+    (0.94, 0.03),
+    (0.01, 1.0),
+    (
+        Wheel("wheel_left_link", "wheel_left_joint", 0, 0.08, 0.033),
+        Wheel("wheel_right_link", "wheel_right_joint", 0, -0.08, 0.033),
+    ),
+    (-0.081, 0.016),
+)
+CREATE = Vehicle(
+    "create_3",
+    "base_link",
+    (0.3, 0.2, 0.07),
+    (0, 0, 0.02),
+    (2.3, 0.1),
+    (0.05, 5.0),
+    (
+        Wheel("left_wheel", "left_wheel_joint", 0, 0.1165, 0.03575),
+        Wheel("right_wheel", "right_wheel_joint", 0, -0.1165, 0.03575),
+    ),
+    (0.125, 0.0125),
+)
+JACKAL = Vehicle(
+    "jackal",
+    "base_link",
+    (0.42, 0.31, 0.184),
+    (0, 0, 0.06),
+    (16.5, 0.5),
+    (0.5, 20.0),
+    tuple(
+        Wheel(f"{end}_{side}_wheel_link", f"{end}_{side}_wheel", x, y, 0.098)
+        for end, x in (("front", 0.131), ("rear", -0.131))
+        for side, y in (("left", 0.18779), ("right", -0.18779))
+    ),
 )
 FORKLIFT = Vehicle(
     "forklift",

@@ -124,7 +124,7 @@ class Articulation(Properties, XformPrim):
         for row, one in enumerate(chosen):
             place, turn = (None if each is None else each[row] for each in (places, turns))
             links = mechanisms_of(world.stage).carriers(self.paths[one])
-            base = None if world.physics is None else next(filter(world.physics.is_free, links), None)
+            base = next(filter(_is_free, links), None)
             if base is None:
                 super().set_world_poses(place, turn, indices=[one])
                 continue
@@ -434,3 +434,9 @@ def _limits(prim: Any) -> tuple[float, float]:
     values = [prim.GetAttribute(f"physics:{name}Limit").Get() for name in ("lower", "upper")]
     low, high = (-np.inf if values[0] is None else values[0]), (np.inf if values[1] is None else values[1])
     return float(low) * scale, float(high) * scale
+
+
+def _is_free(path: str) -> bool:
+    """Whether physics moves a link that no joint holds."""
+    physics = app().physics
+    return physics is not None and path in physics.body_paths and physics.is_free(path)

@@ -75,6 +75,11 @@ class ExtensionManager:
         asked = ext_name.removeprefix(name).removeprefix("-")
         return f"{name}-{VERSION}" if self.is_extension_enabled(name) and VERSION.startswith(asked) else None
 
+    def get_extension_id_by_module(self, module: str) -> str | None:
+        """The extension whose module this is; None for one that is not here."""
+        name = _extension_name(module)
+        return f"{name}-6.0.1" if _exists(name) else None
+
     def get_extension_dict(self, ext_id: str) -> dict[str, Any]:
         name = _extension_name(ext_id)
         return {"path": _folder(name), "package": {"id": ext_id, "name": name, "version": VERSION}}

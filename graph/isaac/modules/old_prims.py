@@ -148,7 +148,7 @@ class SingleGeometryPrim(SingleXFormPrim):
         self._view.set_collision_approximations(approximation_type)
 
     def apply_physics_material(self, physics_material: Any, weaker_than_descendants: bool = False) -> None:
-        self._view.apply_physics_materials(physics_material)
+        getattr(self, "_geometry", self._view).apply_physics_materials(physics_material)
 
 
 class SingleRigidPrim(SingleXFormPrim):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from . import prims as new
 from .old_prims import pose_of
 from .old_view_properties import BodyProperties, ColliderProperties, RobotProperties
 from .prim_base import XformPrim
+from .prim_utils import find_matching_prim_paths
 from .values import DynamicsViewState, XFormPrimViewState
 
 __all__ = [
@@ -40,7 +42,7 @@ class _View:
         filters = named.get("contact_filter_prim_paths_expr")
         if filters is not None and issubclass(self._wrapper, new.RigidPrim):
             pose["contact_filter_paths"] = filters
-        self._view = self._wrapper(prim_paths_expr, **pose)
+        self._view = self._wrapper(_expression(prim_paths_expr), **pose)
         self.name = name
         for key in ("masses", "densities"):
             if named.get(key) is not None:
@@ -283,3 +285,11 @@ XFormPrimView, GeometryPrimView, RigidPrimView, ArticulationView, RobotView = (
     Articulation,
     Articulation,
 )
+
+
+def _expression(paths: Any) -> Any:
+    """Paths as the new wrappers take them; a lone star that as an expression matches nothing stands for any text."""
+    if not isinstance(paths, str):
+        return [_expression(one) for one in paths]
+    loose = re.sub(r"(?<![.\])}])\*", ".*", paths)
+    return paths if loose == paths or find_matching_prim_paths(paths) else loose

@@ -37,6 +37,30 @@ __all__ = [*_PREFIXES, "Tokens"]  # noqa: PLE0604
 _KINDS = {bool: "bool", int: "int", float: "float", str: "token"}
 
 
+DEFAULTS: dict[str, Any] = {
+    "physxScene:timeStepsPerSecond": 60,
+    "physxScene:enableCCD": False,
+    "physxScene:enableStabilization": False,
+    "physxScene:enableGPUDynamics": True,
+    "physxScene:broadphaseType": "GPU",
+    "physxScene:solverType": "TGS",
+    "physxScene:bounceThreshold": 0.2,
+    "physxRigidBody:disableGravity": False,
+    "physxRigidBody:linearDamping": 0.0,
+    "physxRigidBody:angularDamping": 0.05,
+    "physxRigidBody:enableCCD": False,
+    "physxRigidBody:solverPositionIterationCount": 4,
+    "physxRigidBody:solverVelocityIterationCount": 1,
+    "physxArticulation:enabledSelfCollisions": True,
+    "physxArticulation:solverPositionIterationCount": 4,
+    "physxArticulation:solverVelocityIterationCount": 1,
+    "physxJoint:armature": 0.0,
+    "physxJoint:jointFriction": 0.0,
+    "physxContactReport:threshold": 1.0,
+}
+"""What attributes of these schemas read as while nothing has set them."""
+
+
 class Tokens:
     linear, angular = "linear", "angular"
 
@@ -48,7 +72,7 @@ def _type_of(value: Any) -> Any:
 
 
 class Unset:
-    """An attribute of an applied schema that nothing has authored: it exists, has no value, and can be set."""
+    """An attribute of an applied schema that nothing has authored: it reads as its default, and can be set."""
 
     def __init__(self, prim: Any, name: str) -> None:
         self._prim, self._name = prim, name
@@ -60,7 +84,7 @@ class Unset:
 
     def Get(self, *_: Any) -> Any:
         found = self._prim.GetAttribute(self._name)
-        return found.Get() if found else None
+        return found.Get() if found else DEFAULTS.get(self._name)
 
     def Set(self, value: Any, *_: Any) -> bool:
         made = self._prim.GetAttribute(self._name) or self._prim.CreateAttribute(self._name, _type_of(value), False)
@@ -124,9 +148,7 @@ class _Api(OwnSchema):
             return lambda: self._prim.GetAttribute(full) or Unset(self._prim, full)
 
         def create(value: Any = None, *_: Any) -> Any:
-            made = self._prim.GetAttribute(full)
-            if not made:
-                made = self._prim.CreateAttribute(full, _type_of(value), custom=False)
+            made = self._prim.GetAttribute(full) or Unset(self._prim, full)  # its type follows from its first value
             if value is not None:
                 made.Set(value)
             return made

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -142,13 +143,16 @@ class Annotator(OurAnnotator):
         return super().detach()
 
     def get_data(self, *args: Any, **named: Any) -> Any:
+        """As Isaac Sim gives it: a coloured segmentation is (height, width) uint32, each the bytes of a colour."""
         named.pop("device", None), named.pop("do_array_copy", None)
         found = super().get_data(*args[:0])
         for change in self.__dict__.get("_augmented", ()):
             held = found["data"] if isinstance(found, dict) else found
             held = changed(held, change) if getattr(held, "size", 0) else held
             found = {**found, "data": held} if isinstance(found, dict) else held
-        return found
+        if not isinstance(found, dict) or not self.options.get("colorize") or found["data"].dtype != np.uint8:
+            return found
+        return {**found, "data": np.ascontiguousarray(found["data"]).view(np.uint32)[..., 0]}
 
     def augment(self, augmentation: Any, *_: Any, **options: Any) -> Annotator:
         """Changes the data of each frame by a function of NumPy arrays, or by the name of one."""
@@ -237,8 +241,43 @@ class AnnotatorRegistry:
 annotators = AnnotatorRegistry
 
 
+class _Share(AnnotatedWriter):
+    """One product's part of a script's writer that is attached to several."""
+
+    def __init__(self, writer: Writer) -> None:
+        self._writer, self.annotators = writer, [copy(one) for one in writer.annotators]
+
+    def write(self, data: Any) -> None:
+        assert self._product is not None
+        self._writer.gather(self._product.path.rpartition("/")[2], data)
+
+
 class Writer(AnnotatedWriter):
-    """A writer of the script: `annotators`, and `write(data)` for each frame."""
+    """A writer of the script: `annotators`, and `write(data)` for each frame.
+
+    Attached to several products it gets the data of all at once, by "annotator-product".
+    """
+
+    _given: dict[str, Any]
+    _writers: list[Any]
+
+    def __new__(cls, *_: Any, **__: Any) -> Any:
+        made = super().__new__(cls)
+        made.annotators = list(cls.annotators)  # a script appends to it
+        return made
+
+    def gather(self, product: str, data: Any) -> None:
+        """Takes the data of one product; writes when each product has given its own."""
+        if product in self._given:
+            self._given = {}
+        self._given[product] = data
+        if len(self._given) < len(self._writers):
+            return
+        given, self._given = self._given, {}
+        if self.data_structure == "renderProduct":
+            self.write({"renderProducts": given})
+        else:
+            self.write({f"{name}-{one}": found for one, data in given.items() for name, found in data.items()})
 
     def initialize(self, **options: Any) -> Any:
         self.__init__(**options)  # type: ignore[misc]
@@ -247,9 +286,11 @@ class Writer(AnnotatedWriter):
     def attach(self, render_products: Any, trigger: Any = None) -> Any:
         from sensors.writers import WriterSpec
 
-        self._writers: list[Any] = []
-        for one in render_products if isinstance(render_products, (list, tuple)) else [render_products]:
-            made = AttachedWriter(type(self).__name__, WriterSpec(lambda: self, channels=frozenset()))
+        self._writers, self._given = [], {}
+        products = render_products if isinstance(render_products, (list, tuple)) else [render_products]
+        for one in products:
+            part = self if len(products) == 1 else _Share(self)
+            made = AttachedWriter(type(self).__name__, WriterSpec(lambda part=part: part, channels=frozenset()))
             self._writers.append(made.attach([_bare(one)]))
         return self
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from graph.isaac.outcomes import inert, refused, tell_inert
+from graph.isaac.outcomes import inert, tell_inert
 from graph.isaac.parameters import renamed
 from graph.isaac.session import app, kit, warn
 from graph.sim.usd import UsdGeom, UsdPhysics
@@ -18,9 +18,7 @@ from .scenes import Scene
 __all__ = [
     "BaseTask",
     "DataLogger",
-    "FollowTarget",
     "PhysicsContext",
-    "PickPlace",
     "SimulationContext",
     "World",
 ]
@@ -222,6 +220,10 @@ class SimulationContext:
     @property
     def current_time_step_index(self) -> int:
         return int(app().simulation.get_num_physics_steps())
+
+    @property
+    def _physics_context(self) -> PhysicsContext:
+        return self._context
 
     def get_physics_context(self) -> PhysicsContext:
         return self._context
@@ -562,7 +564,8 @@ class BaseTask:
     def _move_task_objects_to_their_frame(self) -> None:
         for one in self._task_objects.values():
             position, orientation = one.get_world_pose()
-            one.set_world_pose(position + self._offset, orientation)
+            if self._offset.any():
+                one.set_world_pose(position + self._offset, orientation)
             one.set_default_state(position + self._offset, orientation)
 
     def get_task_objects(self) -> dict[str, Any]:
@@ -594,8 +597,3 @@ class BaseTask:
 
     def get_params(self) -> dict[str, Any]:
         raise NotImplementedError
-
-
-_ROBOT_TASK = "its robot and controllers are not here; write the task as a subclass of BaseTask"
-FollowTarget = refused("isaacsim.core.api.tasks.FollowTarget", _ROBOT_TASK)
-PickPlace = refused("isaacsim.core.api.tasks.PickPlace", _ROBOT_TASK)

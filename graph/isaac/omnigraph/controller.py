@@ -251,7 +251,7 @@ class Controller(ObjectLookup, DataView):
         try:
             graph, nodes, prims, short = editor.edit(target, commands)
         except OmniGraphError:
-            if graphs.app is not None and graphs.app.parity == "isaacsim-6.0.1" and graphs.latest(path) is None:
+            if graphs.latest(path) is None:
                 editing.one_by_one(editor, target, commands)
             raise
         made = {name: Node(graphs, node.path) for name, node in short.items()}

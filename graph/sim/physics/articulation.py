@@ -190,6 +190,14 @@ class Articulation:
         out: Floats = np.where(np.isnan(given), at_first, given) * (1.0 if name == "efforts" else now.scale)
         return out
 
+    def pose_at(self, link: str, positions: Values, joints: Sequence[int]) -> tuple[Floats, Floats]:
+        """Where a link would be with some joints at positions [rad or stage units], the others as they are.
+
+        Returns its (4, 4) pose in the world [m] and the (6, n) Jacobian of its origin [m or rad per rad or m].
+        """
+        now = self._now
+        return self.engine.pose_at(link, now.rows[list(joints)], np.asarray(positions) / now.scale[list(joints)])
+
     @property
     def limits(self) -> Floats:
         """(J, 2) lowest and highest positions [rad or stage units]; infinite without a limit."""

@@ -259,6 +259,13 @@ class PhysicsEngine(Protocol):
         """
         raise RunError(f"the physics engine {self.name} gives no equations of motion")
 
+    def pose_at(self, body: str, rows: Rows, positions: Floats) -> tuple[Floats, Floats]:
+        """Where a body would be with joints at positions: its (4, 4) pose [m] and the (6, n) Jacobian of its origin.
+
+        Nothing moves. Raises RunError for an engine without it.
+        """
+        raise RunError(f"the physics engine {self.name} places no bodies by joint positions")
+
     def articulation(self, root: str) -> Articulation:
         """The mechanism at a path: a robot's root prim, or any of its bodies or joints, in stage units.
 

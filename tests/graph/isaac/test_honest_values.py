@@ -148,10 +148,11 @@ app.close()
 
 
 @pytest.mark.parametrize("task", ["FollowTarget", "PickPlace"])
-def test_tasks_with_a_robot_refuse(run_script, task):
-    code, _, err = run_script(f"{APP}from isaacsim.core.api.tasks import {task}\n{task}('t')\n")
+def test_a_task_without_an_arm_says_so(run_script, task):
+    text = f"{APP}from isaacsim.core.api import World\nfrom isaacsim.core.api.tasks import {task}\n"
+    code, _, err = run_script(f"{text}world = World()\nworld.add_task({task}('t'))\nworld.reset()\n")
     assert code == 1
-    assert "write the task as a subclass of BaseTask" in err
+    assert f"{task} has no set_robot(); write one that returns the arm" in err
 
 
 def test_commands_act_on_all_their_arguments(printed):

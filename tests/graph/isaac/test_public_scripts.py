@@ -311,12 +311,12 @@ app.close()
     assert abs(z) < 0.15
 
 
-def test_controllers_that_plan_motions_can_be_imported_and_are_refused_at_their_use(run_script):
+def test_planners_of_motions_can_be_imported_and_are_refused_at_their_use(run_script):
     script = """
-from isaacsim.robot.manipulators.examples.franka.controllers.pick_place_controller import PickPlaceController
-from omni.isaac.franka.controllers import RMPFlowController
+from isaacsim.robot_motion.motion_generation import LulaKinematicsSolver
+from omni.isaac.motion_generation import RmpFlow
 print("imported")
-PickPlaceController(name="controller")
+LulaKinematicsSolver()
 """
     code, out, err = run_script(script)
     assert (code, out) == (1, "imported\n")
@@ -347,3 +347,78 @@ print(sorted(scan.get_data())[:1])
     code, out, err = run_script(script)
     assert (code, out) == (0, "['azimuth']\n")
     assert "it stands for IsaacCreateRTXLidarScanBuffer" in err
+
+
+def test_a_lone_star_in_the_paths_of_an_older_view_stands_for_any_text(run_script):
+    code, out, err = run_script(f"""{APP}
+from isaacsim.core.api import World
+from isaacsim.core.api.materials.physics_material import PhysicsMaterial
+from isaacsim.core.api.objects import DynamicCuboid
+from isaacsim.core.prims import RigidPrim
+world = World()
+world._physics_context.set_gravity(-10)
+rough = PhysicsMaterial("/World/Rough", static_friction=0.5, dynamic_friction=0.5)
+for number in range(2):
+    DynamicCuboid(f"/World/Box_{{number}}", mass=1.0).apply_physics_material(rough)
+print(RigidPrim("/World/Box_*").prim_paths, world.get_physics_context().get_gravity()[1])
+app.close()
+""")
+    assert code == 0, err
+    assert out == "['/World/Box_0', '/World/Box_1'] 10.0\n"
+
+
+def test_attributes_of_physx_schemas_read_as_their_defaults_and_take_the_type_of_their_first_value(run_script):
+    code, out, err = run_script(f"""{APP}
+import omni.usd
+from pxr import PhysxSchema, UsdPhysics
+scene = UsdPhysics.Scene.Define(omni.usd.get_context().get_stage(), "/physicsScene").GetPrim()
+api = PhysxSchema.PhysxSceneAPI.Apply(scene)
+print(api.GetTimeStepsPerSecondAttr().Get(), api.CreateSolverTypeAttr().Get())
+api.CreateSolverTypeAttr().Set("PGS")
+api.CreateEnableCCDAttr(True)
+print([scene.GetAttribute(f"physxScene:{{name}}").GetTypeName().cppTypeName for name in ("solverType", "enableCCD")])
+app.close()
+""")
+    assert code == 0, err
+    assert out.splitlines() == ["60 TGS", "['TfToken', 'bool']"]
+
+
+def test_an_edit_whose_error_the_script_catches_keeps_what_came_before_the_error(run_script):
+    code, out, err = run_script(f"""{APP}
+import omni.graph.core as og
+keys = og.Controller.Keys
+try:
+    og.Controller.edit({{"graph_path": "/G", "evaluator_name": "execution"}}, {{
+        keys.CREATE_NODES: [("impulse", "omni.graph.action.OnImpulseEvent")],
+        keys.SET_VALUES: [("nobody.inputs:topicName", "a"), ("impulse.inputs:onlyPlayback", False)],
+    }})
+except og.OmniGraphError as error:
+    print("nobody" in str(error))
+og.Controller.set(og.Controller.attribute("/G/impulse.state:enableImpulse"), True)
+print(og.Controller.get(og.Controller.attribute("/G/impulse.inputs:onlyPlayback")))
+app.close()
+""")
+    assert code == 0, err
+    assert out.splitlines() == ["True", "True"]
+
+
+def test_the_wheels_of_a_holonomic_robot_are_read_from_the_stage(run_script):
+    code, out, err = run_script(f"""{APP}
+import omni.usd
+from pxr import Sdf, UsdGeom, UsdPhysics
+from isaacsim.robot.wheeled_robots.robots.holonomic_robot_usd_setup import HolonomicRobotUsdSetup
+stage = omni.usd.get_context().get_stage()
+UsdGeom.Cube.Define(stage, "/Robot/base")
+joint = UsdPhysics.RevoluteJoint.Define(stage, "/Robot/base/axle")
+joint.CreateBody0Rel().SetTargets(["/Robot/base"])
+joint.CreateLocalPos0Attr((0.3, 0.0, 0.0))
+joint.CreateAxisAttr("X")
+for name, value in (("radius", 0.04), ("angle", -90.0)):
+    joint.GetPrim().CreateAttribute(f"isaacmecanumwheel:{{name}}", Sdf.ValueTypeNames.Float).Set(value)
+setup = HolonomicRobotUsdSetup(robot_prim_path="/Robot", com_prim_path="/Robot/base")
+radii, positions, turns, angles, axle, up = setup.get_holonomic_controller_params()
+print(radii.round(3), positions.round(3), turns, angles, axle, up, setup.get_articulation_controller_params())
+app.close()
+""")
+    assert code == 0, err
+    assert out == "[0.04] [[0.3 0.  0. ]] [[1. 0. 0. 0.]] [-90.] [1. 0. 0.] [0. 0. 1.] ['axle']\n"

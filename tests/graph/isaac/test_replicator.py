@@ -409,3 +409,41 @@ print(rep.augmentations_default.aug_hsv_to_rgb(turned)[0].tolist())
     first, second = out.splitlines()
     assert first == "[[0, 255, 255, 9], [85, 255, 255, 9], [171, 255, 255, 9], [0, 0, 7, 9], [0, 0, 0, 9]]"
     assert second == "[[255, 0, 0, 9], [3, 255, 0, 9], [0, 3, 255, 9], [7, 7, 7, 9], [0, 0, 0, 9]]"
+
+
+def test_a_coloured_segmentation_is_a_number_of_four_bytes_a_pixel(ran):
+    lines, _ = ran(f"""{LOOKING_DOWN}
+from isaacsim.core.utils.semantics import add_labels
+add_labels(stage.GetPrimAtPath("/World/Cube"), labels=["box"], instance_name="class")
+seen = rep.AnnotatorRegistry.get_annotator("semantic_segmentation", init_params={{"colorize": True}})
+seen.attach(product)
+rep.orchestrator.step()
+found = seen.get_data()
+colors = np.frombuffer(found["data"], dtype=np.uint8).reshape(*found["data"].shape, -1)
+print(found["data"].shape, found["data"].dtype, colors.shape)
+print(found["info"]["idToLabels"][str(tuple(colors[3, 4].tolist()))])
+app.close()
+""")
+    assert lines == ["(6, 8) uint32 (6, 8, 4)", "{'class': 'box'}"]
+
+
+def test_a_writer_of_several_products_gets_their_data_at_once(ran):
+    lines, _ = ran(f"""{LOOKING_DOWN}
+large = rep.create.render_product("/World/Camera", (16, 12), name="Large")
+small = rep.create.render_product("/World/Camera", (4, 2), name="Small")
+class Sizes(rep.Writer):
+    def __init__(self):
+        self.annotators.append(rep.AnnotatorRegistry.get_annotator("rgb"))
+    def write(self, data):
+        print({{name: found.shape for name, found in data.items()}})
+rep.WriterRegistry.register(Sizes)
+sizes = rep.WriterRegistry.get("Sizes")
+sizes.initialize()
+sizes.attach([large, small])
+rep.orchestrator.step()
+print(rep.Writer.annotators)
+sizes.detach()
+rep.orchestrator.step()
+app.close()
+""")
+    assert lines == ["{'rgb-Large': (12, 16, 4), 'rgb-Small': (2, 4, 4)}", "()"]

@@ -299,14 +299,14 @@ app.close()
     assert "script.py:5: omni.ui.Window" in err
 
 
-FRANKA = "isaacsim.robot.manipulators.examples.franka.controllers"
+MOTION = "isaacsim.robot_motion.motion_generation"
 
 
 @pytest.mark.parametrize(
     ("line", "message"),
     [
         ("import isaacsim.cortex.framework.df as df\ndf.DfNetwork()", "Cortex is not here"),
-        (f"from {FRANKA} import RMPFlowController\nRMPFlowController()", "motion generation is not here"),
+        (f"from {MOTION} import RmpFlow\nRmpFlow()", "motion generation is not here"),
         ("import omni.replicator.core as rep\nrep.randomizer.instantiate()", "this randomizer is not here"),
         ("import omni.usd\nomni.usd.get_contex()", "did you mean"),
         ("from omni.usd import nothing", "cannot import name"),

@@ -18,6 +18,8 @@ REASONS = {
     "managers/simulation_setup.py:SimulationSetup.get_device": TRUE_HERE,
     "managers/simulation_setup.py:SimulationSetup.assets_loading": TRUE_HERE,
     **{f"modules/base_samples.py:_Sample.setup_{one}": HOOK for one in SETUPS},
+    "modules/arm_motion.py:KinematicsSolver.get_end_effector_frame": TRUE_HERE,
+    "modules/arm_tasks.py:_ArmTask.make_objects": HOOK,
     "modules/base_samples.py:BaseSample.world_cleanup": HOOK,
     "modules/base_samples.py:PresentSample.physics_cleanup": HOOK,
     "modules/commands.py:Command.do": HOOK,

@@ -29,6 +29,11 @@ from tests.graph.sim.scene.test_assets import GROUND, ROOT, opened, scene
         ),
         ("Robots/NVIDIA/Jetbot/jetbot.usd", "chassis/left_wheel_joint", "PhysicsRevoluteJoint"),
         ("Robots/FrankaRobotics/FrankaPanda/franka.usd", "panda_link6/panda_joint7", "PhysicsRevoluteJoint"),
+        ("Robots/FrankaRobotics/FrankaFR3/fr3.usd", "fr3_link6/fr3_joint7", "PhysicsRevoluteJoint"),
+        ("Robots/Turtlebot/Turtlebot3/turtlebot3_burger.usd", "base_link/wheel_left_joint", "PhysicsRevoluteJoint"),
+        ("Robots/iRobot/Create3/create_3.usd", "base_link/left_wheel_joint", "PhysicsRevoluteJoint"),
+        ("Robots/Clearpath/Jackal/jackal.usd", "base_link/rear_left_wheel", "PhysicsRevoluteJoint"),
+        ("Robots/NVIDIA/Carter/carter_v1_physx_lidar.usd", "chassis_link/left_wheel", "PhysicsRevoluteJoint"),
     ],
 )
 def test_a_known_asset_that_is_not_here_has_a_stand_in_that_is_said_once(tmp_path, asset, prim, kind):
@@ -151,3 +156,42 @@ def test_a_pose_over_a_referenced_prim_keeps_the_precision_of_its_ops(tmp_path):
     assert [str(op.GetAttr().GetTypeName()) for op in ops] == ["double3", "quatd", "float3"]
     assert tuple(ops[0].Get()) == (1, 2, 3)
     assert tuple(ops[2].Get()) == (2, 2, 2)
+
+
+@pytest.mark.parametrize(
+    ("asset", "names", "height"),
+    [
+        ("Unitree/Go2/go2.usd", ("hip_joint", "thigh_joint", "calf_joint"), 0.3),
+        ("Unitree/Go1/go1.usd", ("hip_joint", "thigh_joint", "calf_joint"), 0.3),
+        ("Unitree/A1/a1.usd", ("hip_joint", "thigh_joint", "calf_joint"), 0.3),
+        ("BostonDynamics/spot/spot.usd", ("hx", "hy", "kn"), 0.5),
+    ],
+)
+def test_a_robot_on_four_legs_stands(tmp_path, asset, names, height):
+    file = scene(tmp_path, GROUND, f"{ROOT}/Isaac/Robots/{asset}")
+    with App(open_stage(file)) as app:
+        place(app.stage.GetPrimAtPath("/P1"), positions=np.array([0, 0, height + 0.1]))
+        app.play()
+        tensors = app.simulation.tensors
+        joints = [path.rpartition("/")[2] for path in tensors.joint_paths]
+        legs = ["fl", "fr", "hl", "hr"] if "spot" in asset else ["FL", "FR", "RL", "RR"]
+        assert sorted(joints) == sorted(f"{leg}_{name}" for leg in legs for name in names)
+        assert joints[:4] == [f"{leg}_{names[0]}" for leg in legs]
+        app.update(steps=120)
+        trunk = tensors.positions[0]
+        assert height - 0.06 < trunk[2] < height + 0.06
+        assert abs(trunk[1]) < 0.01
+
+
+@pytest.mark.parametrize(
+    ("asset", "prim", "solid"),
+    [("Axis_Aligned_Physics/003_cracker_box.usd", "/P0", True), ("Axis_Aligned/025_mug.usd", "/P0", False)],
+)
+def test_a_ycb_object_is_a_body_only_in_the_folder_of_bodies(tmp_path, asset, prim, solid):
+    stage, _ = opened(scene(tmp_path, f"{ROOT}/Isaac/Props/YCB/{asset}"))
+    root = stage.GetPrimAtPath(prim)
+    assert root.HasAPI(UsdPhysics.RigidBodyAPI) is solid
+    assert stage.GetPrimAtPath(f"{prim}/shape").HasAPI(UsdPhysics.CollisionAPI) is solid
+    if solid:
+        assert root.GetAttribute("physics:mass").Get() == pytest.approx(0.411)
+        assert root.GetAttribute("physxRigidBody:disableGravity").Get() is False

@@ -72,7 +72,7 @@ class MujocoEngine(EngineJoints, EngineQueries):
         self._rotations: Floats = self.data.xmat[bodies].reshape(-1, 3, 3)
         self._motion = Motion(self.model, len(self.body_paths))
         self._surfaces: Surfaces | None = None
-        for of_the_last_model in ("_places", "colliders", "_boxes", "_spheres"):
+        for of_the_last_model in ("_places", "_elsewhere", "colliders", "_boxes", "_spheres"):
             vars(self).pop(of_the_last_model, None)
         self._stale = False
         self.taken = 0

@@ -40,6 +40,11 @@ class EngineJoints(PhysicsEngine):
     _stale: bool
 
     @cached_property
+    def _elsewhere(self) -> Any:
+        """State of the present model for `pose_at`."""
+        return mujoco.MjData(self.model)
+
+    @cached_property
     def _places(self) -> _Places:
         """Of the present model."""
         coordinate, dof, actuator = np.full((3, len(self.joints)), -1, dtype=np.intp)
@@ -158,6 +163,20 @@ class EngineJoints(PhysicsEngine):
             if left is not None and not np.isnan(left[place]) and motors.push(self.data, path, float(left[place])):
                 left[place] = np.nan
         return left
+
+    def pose_at(self, body: str, rows: Rows, positions: Floats) -> tuple[Floats, Floats]:
+        """A body's pose with joints at positions, and the Jacobian of its origin there; nothing moves."""
+        model, now, number = self.model, self.data, self.body_paths.index(body) + 1
+        data = self._elsewhere
+        data.qpos[:], data.mocap_pos[:], data.mocap_quat[:] = now.qpos, now.mocap_pos, now.mocap_quat
+        data.qpos[self._places.coordinate[rows]] = positions
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        full: Floats = np.zeros((6, model.nv))
+        mujoco.mj_jac(model, data, full[:3], full[3:], data.xpos[number], number)
+        pose = np.eye(4)
+        pose[:3, :3], pose[:3, 3] = data.xmat[number].reshape(3, 3), data.xpos[number]
+        return pose, full[:, self._places.dof[rows]]
 
     def motion_terms(self, bodies: Sequence[str], rows: Rows, base: str | None) -> MotionTerms:
         """Jacobians, inertia, gravity and velocity terms at the present state."""
