@@ -309,6 +309,27 @@ def cartpole(stage: Any) -> Any:
     return root
 
 
+def crazyflie(stage: Any) -> Any:
+    """A box with four propellers that turn about z: 28 g, 92 mm from one to the one across."""
+    root = UsdGeom.Xform.Define(stage, "/cf2x")
+    root.AddTranslateOp()
+    UsdPhysics.ArticulationRootAPI.Apply(root.GetPrim())
+    root.GetPrim().CreateAttribute("physxArticulation:enabledSelfCollisions", Sdf.ValueTypeNames.Bool).Set(False)
+    make_body(UsdGeom.Xform.Define(stage, "/cf2x/body").GetPrim(), 0.025)
+    add_box(stage, "/cf2x/body/shape", (0.06, 0.06, 0.03), (0, 0, 0))
+    for number, (x, y) in enumerate(((1, -1), (-1, -1), (-1, 1), (1, 1)), start=1):
+        at, path = (0.0325 * x, 0.0325 * y, 0.02), f"/cf2x/m{number}_prop"
+        propeller = UsdGeom.Cylinder.Define(stage, path)
+        propeller.CreateRadiusAttr(0.023)
+        propeller.CreateHeightAttr(0.002)
+        propeller.AddTranslateOp().Set(Gf.Vec3d(*at))
+        make_body(propeller.GetPrim(), 0.00075)
+        joint = UsdPhysics.RevoluteJoint.Define(stage, f"/cf2x/body/m{number}_joint")
+        join(joint, "/cf2x/body", path, frame_at(at, (0, 0, 1), 0.0))
+        joint.CreateAxisAttr("Z")
+    return root.GetPrim()
+
+
 def articulation(stage: Any) -> Any:
     """A fixed pivot, an arm that turns about z, and a slider on the arm: the arm's load is 2 kg at 1 m."""
     return _pivot_arm(stage, "RevoluteJoint", SLOW)

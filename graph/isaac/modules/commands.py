@@ -73,6 +73,12 @@ def _executed(name: str, kwargs: dict[str, Any]) -> tuple[bool, Any]:
         return True, result
     short = name.removesuffix("Command")
     found = _COMMANDS.get(short)
+    if found is None and short[:4] in ("URDF", "MJCF"):
+        kind = short[:4]
+        raise UnsupportedError(
+            f"{name}: no USD is written from a file in {kind} here; open it as the scene of a graph file, "
+            f"scene: {{{kind.lower()}: FILE}}: graph help world"
+        )
     if found is None:
         warn("command-unknown", name, f"there is no such command here{did_you_mean(short, _COMMANDS)}; it does nothing")
         return False, None

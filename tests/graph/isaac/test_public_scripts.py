@@ -422,3 +422,28 @@ app.close()
 """)
     assert code == 0, err
     assert out == "[0.04] [[0.3 0.  0. ]] [[1. 0. 0. 0.]] [-90.] [1. 0. 0.] [0. 0. 1.] ['axle']\n"
+
+
+@pytest.mark.parametrize(("command", "word"), [("URDFCreateImportConfig", "urdf"), ("MJCFCreateAsset", "mjcf")])
+def test_commands_of_importers_are_refused_and_say_what_opens_such_a_file(run_script, command, word):
+    code, _, err = run_script(f"{APP}import omni.kit.commands\nomni.kit.commands.execute('{command}')\n")
+    assert code == 1
+    assert f"script.py:4: {command}: no USD is written" in err
+    assert f"scene: {{{word}: FILE}}: graph help world" in err
+
+
+def test_a_robot_on_a_fixed_base_goes_back_to_its_default_pose(run_script):
+    code, out, err = run_script(f"""{APP}
+import numpy as np
+from isaacsim.core.api import World
+from isaacsim.robot.manipulators.examples.franka import Franka
+world = World()
+robot = world.scene.add(Franka("/World/Franka"))
+robot.set_default_state(np.array([0.0, 0.5, 0.0]), np.array([1.0, 0.0, 0.0, 0.0]))
+world.reset()
+world.reset()
+print(robot.num_dof)
+app.close()
+""")
+    assert code == 0, err
+    assert out == "9\n"

@@ -32,6 +32,7 @@ from tests.graph.sim.scene.test_assets import GROUND, ROOT, opened, scene
         ("Robots/FrankaRobotics/FrankaFR3/fr3.usd", "fr3_link6/fr3_joint7", "PhysicsRevoluteJoint"),
         ("Robots/Turtlebot/Turtlebot3/turtlebot3_burger.usd", "base_link/wheel_left_joint", "PhysicsRevoluteJoint"),
         ("Robots/iRobot/Create3/create_3.usd", "base_link/left_wheel_joint", "PhysicsRevoluteJoint"),
+        ("Robots/Crazyflie/cf2x.usd", "body/m4_joint", "PhysicsRevoluteJoint"),
         ("Robots/Clearpath/Jackal/jackal.usd", "base_link/rear_left_wheel", "PhysicsRevoluteJoint"),
         ("Robots/NVIDIA/Carter/carter_v1_physx_lidar.usd", "chassis_link/left_wheel", "PhysicsRevoluteJoint"),
     ],
