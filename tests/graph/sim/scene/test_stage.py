@@ -44,12 +44,12 @@ def test_the_rate_of_the_physics_scene_is_read_exactly(tmp_path):
 
 
 def test_the_rate_of_an_inline_physics_scene_is_read(tmp_path):
-    from graph.session.open import open_session
+    from graph.sim import App
 
     for name in ("physxScene", "newton"):
         prim = f'{{type: PhysicsScene, attributes: {{"{name}:timeStepsPerSecond": 240}}}}'
         write(tmp_path / f"{name}.yaml", f"tickgraph: 1\nscene: {{prims: {{/Scene: {prim}}}}}\n")
-        with open_session(tmp_path / f"{name}.yaml").app as app:
+        with App.from_file(tmp_path / f"{name}.yaml") as app:
             assert app.simulation.get_physics_dt() == 1 / 240
 
 
