@@ -34,7 +34,7 @@ def _offer_words(whole: argparse.ArgumentParser) -> None:
     from graph.manual import ORDER
     from graph.node import registry
     from graph.sim.fidelity import KNOBS
-    from sensors.configs.summary import all_assets
+    from sensors.configs.shipped import all_assets
 
     from .commands import every
     from .examples import examples

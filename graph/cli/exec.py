@@ -62,8 +62,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command; returns its exit code."""
+    from graph.isaac.run import Run
     from graph.isaac.script import Script, ScriptError
-    from graph.isaac.session import Run
 
     from .run import show_log
 

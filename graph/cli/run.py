@@ -319,7 +319,7 @@ def _trace(session: Session, path: Path, cleanup: ExitStack) -> None:
 
 def _advance(app: App, updates: int, *, show_progress: bool) -> None:
     from graph.sim.scene.diagnostics import reading
-    from graph.sim.scene.stage import scene_name
+    from graph.sim.scene.stage_metadata import scene_name
 
     damage = reading(scene_name(app.stage), RunError)
     with damage, between_updates() as interrupted, _progress(updates, show_progress) as advance, ExitStack() as end:

@@ -35,7 +35,7 @@ def run(args: argparse.Namespace) -> int:
     from graph.sim.scene.prim_keys import concrete_types
     from graph.sim.settings import DEFAULTS
     from graph.spec.migration import former_names
-    from sensors.configs.summary import all_assets
+    from sensors.configs.shipped import all_assets
     from sensors.sensor_types import sensor_types
 
     knobs = {name: knob.schema for name, knob in KNOBS.items()}

@@ -10,7 +10,7 @@ from .printing import aligned, on_terminal, print_table, safe_line, say, say_jso
 
 if TYPE_CHECKING:
     from sensors.configs.catalog import Variant
-    from sensors.configs.summary import AnyAsset
+    from sensors.configs.shipped import AnyAsset
 
 CAMERA_AXES = "x right, y up, z back: the camera looks along -z"
 ANGLES = ("azimuth_deg", "elevation_deg")
@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Runs the command. Raises UserError for an unknown name."""
-    from sensors.configs.summary import all_assets, find_asset
+    from sensors.configs.shipped import all_assets, find_asset
 
     if args.name is None:
         if args.json:
@@ -45,7 +45,7 @@ def run(args: argparse.Namespace) -> int:
 
 def described(asset: AnyAsset, variant: Variant = None) -> dict[str, Any]:
     """An asset as plain data: its spellings, its variants, the figures of one variant (None: its default)."""
-    from sensors.configs.summary import AXES
+    from sensors.configs.shipped import AXES
 
     figures = asset.figures(variant)
     return {

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from graph.base import asset_roots
 
-from .session import RUN, app_or_none, warn
+from .run import RUN
+from .session import app_or_none, warn
 
 ROOT_SETTING = "/persistent/isaac/asset_root/default"
 UNMAPPED = "https://omniverse-content-production.s3-us-west-2.amazonaws.com/Assets/Isaac/6.0"

@@ -89,7 +89,7 @@ class _Finder(MetaPathFinder, Loader):
 
 def _is_ros(name: str) -> bool:
     """Whether it is a module of ROS 2, and the running script may import these (`graph exec --rclpy`)."""
-    from .session import RUN
+    from .run import RUN
 
     run = RUN.get()
     if run is None or not run.rclpy:

@@ -8,7 +8,7 @@ from weakref import WeakKeyDictionary
 
 from .events import Dispatcher, EventStream
 from .loops import made_loop, script_loop
-from .session import RUN
+from .run import RUN
 
 if TYPE_CHECKING:
     import asyncio

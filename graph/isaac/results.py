@@ -8,7 +8,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from .session import RUN
+from .run import RUN
 
 
 class Result(np.ndarray):

@@ -24,7 +24,8 @@ from .finder import ROS, importable
 from .kit import kit_of
 from .loops import current_loop, failure, script_loop
 from .names import names_of
-from .session import RUN, Run, ScriptEnd
+from .run import RUN, Run, ScriptEnd
+from .session import begin
 
 MAX_BYTES = 10_000_000
 AFTER = 30
@@ -114,7 +115,7 @@ class Script:
         try:
             if not self.makes_app:
                 run.from_editor = True
-                run.begin()
+                begin(run)
             module = _main_module(self.path, editor=not self.makes_app)
             sys.modules["__main__"] = module
             self._execute(module, run)

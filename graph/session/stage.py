@@ -33,7 +33,8 @@ def build_stage(
     """
     from graph.sim.scene.placed_types import give_transforms
     from graph.sim.scene.prims import author_prims
-    from graph.sim.scene.stage import add_scene, meters_per_unit, open_stage, up_axis
+    from graph.sim.scene.stage import add_scene, open_stage
+    from graph.sim.scene.stage_metadata import meters_per_unit, up_axis
     from sensors.configs import author_config
     from sensors.sensor_types import sensor_types
 

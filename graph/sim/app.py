@@ -95,7 +95,7 @@ class App(Suggesting):
         asset_roots: Mapping[str, str | Path] | None = None,
         device: str | None = None,
     ) -> None:
-        from .scene.stage import time_range
+        from .scene.stage_metadata import time_range
 
         knobs = fidelity if isinstance(fidelity, Fidelity) else Fidelity.from_mapping(fidelity or {})
         if device is not None:

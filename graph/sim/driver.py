@@ -227,7 +227,8 @@ class Driver(UpdateLoop):
         Raises RunError inside an update, and UserError for a file that cannot be opened; then nothing has changed.
         """
         from .options import DEFAULT_RATE
-        from .scene.stage import open_stage, time_range
+        from .scene.stage import open_stage
+        from .scene.stage_metadata import time_range
 
         self.check_drivable()
         if stage is None or isinstance(stage, (str, Path)):

@@ -94,7 +94,7 @@ class Simulation(TimeQueries, Suggesting):
         """Builds the world and binds sensors to it; playing calls it."""
         from .live.animation import animate
         from .scene.diagnostics import quiet
-        from .scene.stage import scene_name
+        from .scene.stage_metadata import scene_name
 
         self._take_authored_rate()
         with quiet(self._world.warn, scene_name(self._world.stage)):

@@ -76,7 +76,7 @@ class World(WorldView):
     @property
     def authored_rate(self) -> Fraction | None:
         """Steps per second [Hz] that the active physics scene or the MJCF model authors, or None."""
-        from .scene.stage import physics_scene_rate
+        from .scene.stage_metadata import physics_scene_rate
 
         return physics_scene_rate(self.stage) if self.mjcf is None else self.mjcf.physics_rate
 
@@ -132,8 +132,9 @@ class World(WorldView):
 
         from .live.live_stage import LiveStage
         from .physics import build_physics
-        from .scene.stage import StageState, scene_name
+        from .scene.stage import StageState
         from .scene.stage_faults import repair_turns
+        from .scene.stage_metadata import scene_name
 
         repair_turns(self.stage, self.warn)
         self.forget_geometry()

@@ -90,7 +90,7 @@ def _body_axes(db: Database) -> Any:
     """(3, 3) rows: the robot's front, left and up as unit vectors, in the axes of the given velocities."""
     import numpy as np
 
-    from graph.sim.scene.stage import up_axis
+    from graph.sim.scene.stage_metadata import up_axis
 
     up = np.array([0.0, 0.0, 1.0] if up_axis(db.app.stage) == "Z" else [0.0, 1.0, 0.0])
     front = np.array(db.inputs.robotFront)

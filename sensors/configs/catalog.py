@@ -113,7 +113,7 @@ class Asset:
 
     def figures(self, variant: Variant = None) -> dict[str, Any]:
         """What one variant is like, as `graph sensors` lists it."""
-        from .summary import summary
+        from .figures import summary
 
         return summary(self.config(variant))
 

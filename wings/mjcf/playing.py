@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 from dataclasses import replace
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,7 +17,8 @@ from graph.sim.physics.solver import SolverOptions
 from graph.sim.physics.world_model import Volume, WorldModel
 from graph.sim.scene.stage import Warn
 
-from .scene import MjcfScene
+if TYPE_CHECKING:
+    from .scene import MjcfScene
 
 _FRESH = ("geom", "joint", "equality", "mesh", "actuator", "flex")
 _NOT_OF_DEFAULTS = frozenset(

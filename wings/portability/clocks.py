@@ -18,7 +18,7 @@ WALL_TIME = ("isaacsim.core.nodes.IsaacReadSystemTime", "isaacsim.core.nodes.Isa
 
 def _rates(case: Case) -> tuple[Fraction, Fraction]:
     """Physics and loop rate [Hz] of the file."""
-    from graph.sim.scene.stage import physics_scene_rate
+    from graph.sim.scene.stage_metadata import physics_scene_rate
 
     clock = case.spec.clock
     loop = clock.loop_hz or DEFAULT_RATE

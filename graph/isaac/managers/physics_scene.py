@@ -25,7 +25,7 @@ from graph.sim.scene.scene_attributes import (
     newton_only,
     scene_prims,
 )
-from graph.sim.scene.stage import meters_per_unit, up_axis
+from graph.sim.scene.stage_metadata import meters_per_unit, up_axis
 
 DEFAULT_PATH = "/PhysicsScene"
 DEFAULT_RATE = 60

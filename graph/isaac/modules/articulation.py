@@ -16,7 +16,8 @@ from graph.sim.transforms import rotation_matrices
 from graph.sim.usd import UsdPhysics
 
 from .articulation_properties import Properties, at_once
-from .prim_base import XformPrim
+from .prim_base import attribute
+from .xform_prim import XformPrim
 from .xforms import world_parts
 
 __all__ = ["Articulation"]
@@ -334,8 +335,6 @@ class Articulation(Properties, XformPrim):
         return result([[bool(one and one.Get())] for one in found], bool)
 
     def set_enabled_self_collisions(self, enabled: Any, *, indices: Any = None) -> None:
-        from .prims import attribute
-
         chosen = numbers(indices, len(self))
         for one, value in zip(chosen, words(enabled, len(chosen)), strict=True):
             attribute(self.prims[one], "physxArticulation:enabledSelfCollisions", "bool", bool(value))

@@ -12,7 +12,7 @@ from sensors.camera.names import LENS, LENS_MODEL
 
 from .old_prims import SingleXFormPrim
 from .own_schemas import applied
-from .prims import attribute
+from .prim_base import attribute
 
 _SCHEMA = "OmniLensDistortion"
 _NOMINAL = ("nominal_height", "nominal_width", "optical_center", "max_fov")

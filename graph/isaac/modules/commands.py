@@ -14,7 +14,7 @@ from graph.isaac.session import app, warn
 from graph.sim.usd import Gf, Sdf, UsdGeom
 from sensors.errors import SensorValueError
 
-from .prims import attribute
+from .prim_base import attribute
 from .sensor_schema import IsaacSensorSchema, RangeSensorSchema
 from .stage import move_prim, refer
 from .surface_grippers import create_surface_gripper

@@ -10,9 +10,9 @@ from graph.sim.usd import UsdGeom, UsdPhysics
 
 from .meshes import Mesh
 from .objects import Plane
+from .prim_base import define
 from .prims import GeomPrim
 from .stage import usd_stage
-from .typed import define
 
 __all__ = ["GroundPlane"]
 

@@ -25,7 +25,8 @@ __all__ = [
 
 
 def set_target_prims(primPath: str, targetPrimPaths: Any, inputName: str = "inputs:targetPrim") -> None:
-    from graph.isaac.omnigraph.controller import Controller, get_node_by_path
+    from graph.isaac.omnigraph.controller import Controller
+    from graph.isaac.omnigraph.lookup import get_node_by_path
 
     paths = [str(one) for one in ([targetPrimPaths] if isinstance(targetPrimPaths, str) else targetPrimPaths)]
     node = get_node_by_path(primPath)

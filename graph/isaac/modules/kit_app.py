@@ -8,7 +8,8 @@ from typing import Any
 from graph.isaac.events import EventStream
 from graph.isaac.names import names_of
 from graph.isaac.outcomes import inert, tell_inert
-from graph.isaac.session import RUN, app, kit
+from graph.isaac.run import RUN
+from graph.isaac.session import app, kit
 
 __all__ = [
     "GLOBAL_EVENT_POST_UPDATE",

@@ -10,10 +10,11 @@ from graph.isaac.managers.physx_scene import PhysxGpuCfg, PhysxScene
 from graph.isaac.managers.rendering import RenderingEvent
 from graph.isaac.managers.simulation_events import IsaacEvents, SimulationEvent
 from graph.isaac.outcomes import tell_inert
-from graph.isaac.session import RUN, app, kit
+from graph.isaac.run import RUN
+from graph.isaac.session import app, kit
 from graph.sim.scene.scene_attributes import scene_prims
 
-from .prims import attribute
+from .prim_base import attribute
 
 __all__ = [
     "IsaacEvents",

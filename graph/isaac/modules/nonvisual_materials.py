@@ -11,9 +11,8 @@ from graph.sim.scene.nonvisual import ATTRIBUTES, BASES, COATINGS, PREFIX
 from graph.sim.usd import UsdShade
 
 from .accessors import text
-from .prim_base import Prim
+from .prim_base import Prim, define, prims_of
 from .stage import usd_stage
-from .typed import define, prims_of
 
 __all__ = [
     "ATTRIBUTE_SPEC",

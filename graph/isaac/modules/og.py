@@ -8,20 +8,7 @@ from typing import Any
 from graph.isaac.og import OmniGraphError, OmniGraphValueError, get_registered_nodes
 from graph.isaac.og.keys import PrimExposureType, TypedValue
 from graph.isaac.omnigraph.attributes import Attribute, AttributeData
-from graph.isaac.omnigraph.controller import (
-    Controller,
-    DataView,
-    GraphController,
-    Keys,
-    NodeController,
-    ObjectLookup,
-    get_all_graphs,
-    get_graph_by_path,
-    get_graphs_in_pipeline_stage,
-    get_node_by_path,
-    is_global_graph_prim,
-    present,
-)
+from graph.isaac.omnigraph.controller import Controller, DataView, GraphController, Keys, NodeController
 from graph.isaac.omnigraph.enums import (
     ACCORDING_TO_CONTEXT_GRAPH_INDEX,
     AUTHORING_GRAPH_INDEX,
@@ -43,6 +30,15 @@ from graph.isaac.omnigraph.enums import (
 )
 from graph.isaac.omnigraph.graph_parts import GraphContext, IVariable
 from graph.isaac.omnigraph.handles import STAGES, Graph, Node
+from graph.isaac.omnigraph.lookup import (
+    ObjectLookup,
+    get_all_graphs,
+    get_graph_by_path,
+    get_graphs_in_pipeline_stage,
+    get_node_by_path,
+    is_global_graph_prim,
+    present,
+)
 from graph.isaac.omnigraph.node_type import NodeType
 from graph.isaac.omnigraph.types import AttributeType, Type
 from graph.isaac.outcomes import tell_inert

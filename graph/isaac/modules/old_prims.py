@@ -10,8 +10,9 @@ from graph.isaac.session import app
 from graph.sim.usd import UsdGeom
 
 from . import prims as new
-from .prim_base import XformPrim
+from .prim_base import attribute
 from .values import DynamicState, XFormPrimState
+from .xform_prim import XformPrim
 
 __all__ = [
     "SingleGeometryPrim",
@@ -196,7 +197,7 @@ class SingleRigidPrim(SingleXFormPrim):
         return float((found.Get() if found else None) or 0.0)
 
     def set_sleep_threshold(self, threshold: float) -> None:
-        new.attribute(self.prim, "physxRigidBody:sleepThreshold", "float", float(threshold))
+        attribute(self.prim, "physxRigidBody:sleepThreshold", "float", float(threshold))
 
     def get_com(self) -> tuple[np.ndarray, np.ndarray]:
         positions, orientations = self._view.get_coms()

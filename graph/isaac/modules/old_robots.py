@@ -9,8 +9,8 @@ import numpy as np
 from graph.isaac.session import app
 
 from . import articulation as new_articulation
-from . import prims as new
 from .old_prims import SingleXFormPrim, row
+from .prim_base import attribute
 from .values import ArticulationAction, JointsState
 
 __all__ = [
@@ -213,13 +213,13 @@ class SingleArticulation(SingleXFormPrim):
 
     def _gravity(self, off: bool) -> None:
         for path in self._view.link_paths[0]:
-            new.attribute(app().stage.GetPrimAtPath(path), "physxRigidBody:disableGravity", "bool", off)
+            attribute(app().stage.GetPrimAtPath(path), "physxRigidBody:disableGravity", "bool", off)
 
     def _setting(self, name: str, kind: str, value: Any = None) -> Any:
         if value is None:
-            attribute = self.prim.GetAttribute(f"physxArticulation:{name}")
-            return attribute.Get() if attribute else 0
-        return new.attribute(self.prim, f"physxArticulation:{name}", kind, value)
+            found = self.prim.GetAttribute(f"physxArticulation:{name}")
+            return found.Get() if found else 0
+        return attribute(self.prim, f"physxArticulation:{name}", kind, value)
 
     def get_solver_position_iteration_count(self) -> int:
         return int(self._setting("solverPositionIterationCount", "int") or 32)

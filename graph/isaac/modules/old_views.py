@@ -14,9 +14,9 @@ from . import articulation as new_articulation
 from . import prims as new
 from .old_prims import pose_of
 from .old_view_properties import BodyProperties, ColliderProperties, RobotProperties
-from .prim_base import XformPrim
 from .prim_utils import find_matching_prim_paths
 from .values import DynamicsViewState, XFormPrimViewState
+from .xform_prim import XformPrim
 
 __all__ = [
     "Articulation",

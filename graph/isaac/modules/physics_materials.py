@@ -9,8 +9,7 @@ from graph.sim.usd import UsdShade
 
 from .accessors import number, texts, together
 from .own_schemas import applied, take_own_schemas
-from .prim_base import Prim
-from .typed import define, prims_of
+from .prim_base import Prim, define, prims_of
 
 __all__ = ["PhysicsMaterial", "RigidBodyMaterial", "SurfaceDeformableMaterial", "VolumeDeformableMaterial"]
 

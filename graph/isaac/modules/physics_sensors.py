@@ -12,7 +12,7 @@ from sensors.inertial import attribute_of
 from . import sensor_readings as readings
 from .held_readings import Held
 from .old_prims import SingleXFormPrim
-from .prims import attribute
+from .prim_base import attribute
 from .sensor_interfaces import (
     CsSensorReading,
     IsSensorReading,

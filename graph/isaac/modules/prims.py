@@ -13,7 +13,8 @@ from sensors.inertial import attribute_of
 
 from .articulation import Articulation
 from .own_schemas import applied
-from .prim_base import Prim, XformPrim, found_or_new
+from .prim_base import Prim, attribute, found_or_new
+from .xform_prim import XformPrim
 
 __all__ = ["Articulation", "GeomPrim", "Prim", "RigidPrim", "XformPrim"]
 
@@ -431,10 +432,3 @@ def _between(held: Any, body: str, other: str, unit: float, dt: float, *, whole:
 def _turned(turns: Any, vectors: Any) -> np.ndarray:
     out: np.ndarray = np.einsum("nij,nj->ni", turns, vectors)
     return out
-
-
-def attribute(prim: Any, name: str, kind: str, value: Any) -> None:
-    """Authors an attribute."""
-    from graph.sim.usd import Sdf
-
-    prim.CreateAttribute(name, Sdf.ValueTypeNames.Find(kind), custom=False).Set(value)

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from graph.isaac.kit import LAST
-from graph.isaac.session import RUN, app, kit
+from graph.isaac.run import RUN
+from graph.isaac.session import app, kit
 from graph.sim.messages.ros_types import fields, known, message_type
 
 __all__ = [

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from enum import Enum
 from itertools import count
 
-from graph.isaac.session import RUN, app, kit
+from graph.isaac.run import RUN
+from graph.isaac.session import app, kit
 from graph.sim import settings as keys
 
 from .replicator_draws import triggers

@@ -10,9 +10,9 @@ from graph.isaac.results import rows
 from graph.sim.usd import Gf, Sdf, UsdPhysics, Vt
 from sensors.inertial import attribute_of
 
-from .prim_base import XformPrim, found_or_new
-from .prims import attribute
+from .prim_base import attribute, found_or_new
 from .stage import generate_next_free_path, usd_stage
+from .xform_prim import XformPrim
 
 __all__ = ["IMU", "Contact", "Raycast"]
 

@@ -97,7 +97,7 @@ class Authoring:
         return 1
 
     def _wrapper(self) -> Any:
-        from .prim_base import XformPrim
+        from .xform_prim import XformPrim
 
         return XformPrim(self.path, resolve_paths=False)
 

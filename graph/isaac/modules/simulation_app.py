@@ -9,7 +9,8 @@ from typing import Any
 
 from graph.base.errors import RunError
 from graph.isaac.outcomes import inert
-from graph.isaac.session import RUN, ScriptEnd, warn
+from graph.isaac.run import RUN, ScriptEnd
+from graph.isaac.session import begin, warn
 
 __all__ = ["AppFramework", "SimulationApp"]
 
@@ -70,7 +71,8 @@ class SimulationApp:
                 f"{base}/enabledForHydraEngines": "0,1,2,3,4",
             }
         file = str(experience or self.config["experience"] or "")
-        run.begin(
+        begin(
+            run,
             stage=_local(self.config["open_usd"]) if self.config["open_usd"] else None,
             settings=settings,
             experience=experience_of(file),

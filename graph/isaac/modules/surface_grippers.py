@@ -12,9 +12,9 @@ from graph.isaac.results import numbers
 from graph.isaac.session import app, kit, warn
 from graph.sim.scene.scan import ATTACHMENTS, GRIPPER
 
-from .prim_base import XformPrim
-from .prims import attribute
+from .prim_base import attribute
 from .stage import generate_next_free_path
+from .xform_prim import XformPrim
 
 __all__ = ["GripperView", "create_surface_gripper"]
 ACTION = 0.3

@@ -58,7 +58,7 @@ class _syntheticdata:  # noqa: N801
 
 def _thin(path: str, product_path: str, variable: str) -> None:
     """A gate has another step: the writers behind it publish every so many frames."""
-    from graph.isaac.omnigraph.controller import get_node_by_path
+    from graph.isaac.omnigraph.lookup import get_node_by_path
 
     product, gate = app().rendering.products.get(product_path), get_node_by_path(path)
     if product is None or gate is None:
@@ -91,7 +91,7 @@ class SyntheticData:
     def _get_node_path(template_name: str, render_product_path: str | None = None) -> str:
         """The path of a gate of a product; the gate is there, and keeps its `step`."""
         from graph.isaac.og import Controller
-        from graph.isaac.omnigraph.controller import get_node_by_path
+        from graph.isaac.omnigraph.lookup import get_node_by_path
 
         name = (
             template_name
@@ -120,7 +120,7 @@ class SyntheticData:
     def get_node_attributes(
         self, template_name: str, attributes: list[str], render_product_path: str | None = None, gpu: bool = False
     ) -> dict[str, Any] | None:
-        from graph.isaac.omnigraph.controller import get_node_by_path
+        from graph.isaac.omnigraph.lookup import get_node_by_path
 
         node = get_node_by_path(self._get_node_path(template_name, render_product_path))
         return None if node is None else {name: node.ours.get(name) for name in attributes}
@@ -128,7 +128,7 @@ class SyntheticData:
     def set_node_attributes(
         self, template_name: str, attributes: dict[str, Any], render_product_path: str | None = None
     ) -> None:
-        from graph.isaac.omnigraph.controller import get_node_by_path
+        from graph.isaac.omnigraph.lookup import get_node_by_path
 
         node = get_node_by_path(self._get_node_path(template_name, render_product_path))
         if node is not None:

@@ -5,25 +5,9 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 from graph.isaac.results import Result, result
-from graph.sim.usd import Sdf
 
-from .prim_base import XformPrim, found_or_new
-from .stage import usd_stage
-
-
-def define(paths: Any, kind: str) -> list[str]:
-    """Defines missing prims of a type. Raises AssertionError for an existing prim of another."""
-    stage = usd_stage()
-    found = found_or_new([paths] if isinstance(paths, str) else list(paths))
-    for path in found:
-        if not Sdf.Path.IsValidPathString(path):
-            raise ValueError(f"no prim matches {path}, and a prim cannot be named so")
-        prim = stage.GetPrimAtPath(path)
-        if prim and prim.GetTypeName() != kind and prim.GetTypeName():
-            raise AssertionError(f"{path} is a {prim.GetTypeName()}, not a {kind}")
-        if not prim or not prim.GetTypeName():
-            stage.DefinePrim(path, kind)
-    return found
+from .prim_base import define, prims_of
+from .xform_prim import XformPrim
 
 
 class Typed(XformPrim):
@@ -55,9 +39,3 @@ class Typed(XformPrim):
         members = cls._members()
         kinds = [(prim, members.get(prim.GetTypeName())) for prim in prims_of(paths)]
         return [None if made is None else made(str(prim.GetPath())) for prim, made in kinds]
-
-
-def prims_of(paths: Any) -> list[Any]:
-    """The prims of one path or prim, or of a list of these."""
-    listed = paths if isinstance(paths, (list, tuple)) else [paths]
-    return [usd_stage().GetPrimAtPath(one) if isinstance(one, str) else one for one in listed]

@@ -9,8 +9,7 @@ import numpy as np
 from graph.isaac.results import array, numbers, result, words
 from graph.sim.usd import Sdf, UsdShade
 
-from .prim_base import Prim
-from .typed import define, prims_of
+from .prim_base import Prim, define, prims_of
 
 __all__ = ["OmniGlassMaterial", "OmniPbrMaterial", "PreviewSurfaceMaterial", "VisualMaterial"]
 

@@ -12,7 +12,7 @@ from graph.isaac.parameters import renamed
 from graph.isaac.session import app, kit, warn
 from graph.sim.usd import UsdGeom, UsdPhysics
 
-from .prims import attribute
+from .prim_base import attribute
 from .scenes import Scene
 
 __all__ = [
@@ -262,7 +262,7 @@ class SimulationContext:
         self.render()
 
     def render(self) -> None:
-        from graph.isaac.session import RUN
+        from graph.isaac.run import RUN
 
         run = RUN.get()
         if run is not None:

@@ -15,6 +15,7 @@ from graph.isaac.outcomes import tell_inert
 from graph.isaac.watched import watch
 from graph.values.types import TYPES, Extended
 
+from .editing import connections, plain, set_value
 from .enums import (
     ACCORDING_TO_CONTEXT_GRAPH_INDEX,
     AUTHORING_GRAPH_INDEX,
@@ -81,8 +82,6 @@ class Attribute(Handle):
         return self.get(on_gpu, *_[:1])
 
     def set(self, value: Any, on_gpu: bool = False, instance: int = ACCORDING_TO_CONTEXT_GRAPH_INDEX) -> bool:
-        from .editing import plain, set_value
-
         if on_gpu:
             tell_inert("omni.graph.core: on_gpu", "values are in the memory of the CPU; the argument changes nothing")
         if (found := self._of_instance(instance)) is not None:
@@ -191,8 +190,6 @@ class Attribute(Handle):
         return bool(ends) if attribute is None else getattr(attribute, "path", str(attribute)) in ends
 
     def _connections(self) -> list[tuple[str, str]]:
-        from .editing import connections
-
         return connections(self._graphs, self._node.ours.graph.path)
 
     def _at(self, path: str) -> Attribute:

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any
 
-from graph.editing.graph_set import GraphSet
 from graph.evaluate.omnigraph_names import AttributeOf
 from graph.isaac.og import Controller as OurController
 from graph.isaac.og import Keys as OurKeys
@@ -14,122 +13,22 @@ from graph.isaac.og import OmniGraphError, TypedValue, find
 from graph.isaac.og.controller import OnEither
 from graph.isaac.og.keys import PrimExposureType
 from graph.isaac.og.names import node_text
-from graph.isaac.og.present import present_set
-from graph.isaac.session import app_or_none, mirror
-from graph.session.runner import graphs_of
 
 from . import editing
 from .attributes import Attribute
 from .enums import AttributePortType, ExtendedAttributeType, GraphPipelineStage
 from .graph_parts import IVariable
-from .handles import MODES, STAGES, Graph, Node, follow, node_or_none
+from .handles import MODES, STAGES, Graph, Node, create_attribute, remove_attribute
+from .lookup import ObjectLookup, bare, present
 from .node_type import NodeType
-from .types import UNKNOWN, AttributeType, Type
+from .partial_edits import one_by_one, split_existing
+from .types import Type
 
 _UNGIVEN: Any = object()
 
 
 class Keys(OurKeys):
     DISCONNECT_ALL = "disconnect_all"
-
-
-def present() -> GraphSet:
-    """The graphs of the App that scripts act on; without an App, those of this process."""
-    if (prims := mirror()) is not None:
-        prims.sync()
-    app = app_or_none()
-    return present_set() if app is None else graphs_of(app)
-
-
-class ObjectLookup:
-    """Finds graphs, nodes, attributes, variables and prims by what scripts name them."""
-
-    @OnEither
-    def graph(self: Any, graph_id: Any) -> Any:
-        if isinstance(graph_id, (list, tuple)) and not isinstance(graph_id, Graph):
-            return [ObjectLookup.graph(one) for one in graph_id]
-        path = find.graph_path(graph_id)
-        return Graph(present(), path) if present().latest(path) is not None else None
-
-    @OnEither
-    def node(self: Any, node_id: Any, graph_id: Any = None) -> Any:
-        if isinstance(node_id, list):
-            return [ObjectLookup.node(one, graph_id) for one in node_id]
-        graphs = present()
-        chosen = graph_id if graph_id is not None else getattr(self, "_graph_id", None)
-        if isinstance(node_id, str) and not node_id.startswith("/") and chosen is not None:
-            node_id = (node_id, find.graph_path(chosen))
-        return Node(graphs, find.node(graphs, _bare(node_id)).path)
-
-    @OnEither
-    def attribute(self: Any, attribute_id: Any, node_id: Any = None, graph_id: Any = None) -> Any:
-        if isinstance(attribute_id, list):
-            return [ObjectLookup.attribute(one, node_id, graph_id) for one in attribute_id]
-        if isinstance(attribute_id, Attribute):
-            return attribute_id
-        if hasattr(attribute_id, "GetPath"):
-            attribute_id = str(attribute_id.GetPath())
-        graphs = present()
-        found = find.attribute(graphs, _bare(attribute_id), _bare(node_id), _bare(graph_id))
-        return Attribute(Node(graphs, found.node.path), found.full_name)
-
-    @OnEither
-    def variable(self: Any, variable_id: Any, graph_id: Any = None) -> Any:
-        if isinstance(variable_id, IVariable):
-            return variable_id
-        if isinstance(variable_id, tuple):
-            graph_id, variable_id = (
-                variable_id if "/" in str(getattr(variable_id[0], "path", variable_id[0])) else variable_id[::-1]
-            )
-        if ".graph:variable:" in str(variable_id):
-            graph_id, variable_id = str(variable_id).split(".graph:variable:")
-        found = OurController(graphs=present()).variable(str(variable_id), _bare(graph_id))
-        return IVariable(Graph(present(), found.graph.path), found.name)
-
-    @OnEither
-    def prim(self: Any, prim_id: Any, graph_id: Any = None) -> Any:
-        if isinstance(prim_id, list):
-            return [ObjectLookup.prim(one, graph_id) for one in prim_id]
-        return prim_id if hasattr(prim_id, "GetPath") else OurController(graphs=present()).prim(_bare(prim_id))
-
-    @OnEither
-    def prim_path(self: Any, prim_ids: Any) -> Any:
-        if isinstance(prim_ids, list):
-            return [ObjectLookup.prim_path(one) for one in prim_ids]
-        return str(prim_ids.GetPath()) if hasattr(prim_ids, "GetPath") else node_text(_bare(prim_ids), "prim")
-
-    @OnEither
-    def node_path(self: Any, node_spec: Any) -> str:
-        return str(ObjectLookup.node(node_spec).path)
-
-    @OnEither
-    def attribute_path(self: Any, attribute_spec: Any) -> str:
-        return str(ObjectLookup.attribute(attribute_spec).path)
-
-    @OnEither
-    def node_type(self: Any, type_id: Any) -> Any:
-        name = type_id.get_type_name() if isinstance(type_id, Node) else getattr(type_id, "id", type_id)
-        found = NodeType(str(name))
-        if not found.is_valid():
-            raise OmniGraphError(f'"{name}" is not a node type')
-        return found
-
-    @OnEither
-    def attribute_type(self: Any, type_id: Any) -> Type:
-        if isinstance(type_id, Type):
-            return type_id
-        if isinstance(type_id, Attribute):
-            return type_id.get_resolved_type()
-        found = AttributeType.type_from_ogn_type_name(str(type_id))
-        found = AttributeType.type_from_sdf_type_name(type_id) if found == UNKNOWN else found
-        if found == UNKNOWN:
-            raise OmniGraphError(f'"{type_id}" is not an attribute type')
-        return found
-
-    @OnEither
-    def split_graph_from_node_path(self: Any, node_path: Any) -> tuple[Any, str]:
-        graph, name = find.graph_and_name(present(), node_text(_bare(node_path)))
-        return Graph(present(), graph.path), name
 
 
 class DataView:
@@ -182,7 +81,7 @@ def _value(owner: Any, attribute: Any, node: Any) -> Any:
     if isinstance(chosen, tuple) or ".graph:variable:" in str(chosen):
         return ObjectLookup.variable(chosen)
     found = OurController(graphs=present())
-    found.get(_bare(chosen), _bare(node))  # makes a dynamic attribute, or says what is wrong
+    found.get(bare(chosen), bare(node))  # makes a dynamic attribute, or says what is wrong
     return ObjectLookup.attribute(chosen, node)
 
 
@@ -237,7 +136,7 @@ class Controller(ObjectLookup, DataView):
         target = _settings(graph_id)
         path = find.graph_path(target)
         commands: dict[str, Any] = _commands(edit_commands or {})
-        there = editing.split_existing(
+        there = split_existing(
             graphs,
             path,
             commands,
@@ -252,7 +151,7 @@ class Controller(ObjectLookup, DataView):
             graph, nodes, prims, short = editor.edit(target, commands)
         except OmniGraphError:
             if graphs.latest(path) is None:
-                editing.one_by_one(editor, target, commands)
+                one_by_one(editor, target, commands)
             raise
         made = {name: Node(graphs, node.path) for name, node in short.items()}
         names.update(there | made)
@@ -266,12 +165,12 @@ class Controller(ObjectLookup, DataView):
     @OnEither
     def delete_graph(self: Any, graph_id: Any, *_: Any, **__: Any) -> None:
         OurController(graphs=present()).delete_graph(_settings(graph_id))
-        follow(find.graph_path(_settings(graph_id)))
+        editing.follow(find.graph_path(_settings(graph_id)))
 
     @OnEither
     def create_node(self: Any, node_id: Any, node_type_id: Any, allow_exists: bool = False, *_: Any, **__: Any) -> Any:
         kind = str(getattr(node_type_id, "id", node_type_id))
-        made = OurController(graphs=present()).create_node(_bare(node_id), kind, allow_exists)
+        made = OurController(graphs=present()).create_node(bare(node_id), kind, allow_exists)
         return Node(present(), made.path)
 
     @OnEither
@@ -281,13 +180,13 @@ class Controller(ObjectLookup, DataView):
         if isinstance(node_id, list):
             each = [Controller.delete_node(one, graph_id, ignore_if_missing) for one in node_id]
             return all(each)
-        return OurController(graphs=present()).delete_node(_bare(node_id), _bare(graph_id), ignore_if_missing)
+        return OurController(graphs=present()).delete_node(bare(node_id), bare(graph_id), ignore_if_missing)
 
     @OnEither
     def create_variable(
         self: Any, graph_id: Any, name: str, var_type: Any, allow_exists: bool = False, *_: Any, **__: Any
     ) -> Any:
-        graph = Graph(present(), find.graph_path(_bare(graph_id)))
+        graph = Graph(present(), find.graph_path(bare(graph_id)))
         if allow_exists and (found := graph.find_variable(name)) is not None:
             return found
         OurController(graphs=present()).create_variable(graph.path, name, editing.kind_name(var_type))
@@ -314,14 +213,12 @@ class Controller(ObjectLookup, DataView):
         undoable: bool = True,
     ) -> Any:
         extended = attr_extended_type[0] if isinstance(attr_extended_type, tuple) else attr_extended_type
-        return editing.create_attribute(
-            ObjectLookup.node(node), attr_name, attr_type, attr_port, attr_default, extended
-        )
+        return create_attribute(ObjectLookup.node(node), attr_name, attr_type, attr_port, attr_default, extended)
 
     @OnEither
     def remove_attribute(self: Any, attribute: Any, node: Any = None, *_: Any, **__: Any) -> bool:
         found = ObjectLookup.attribute(attribute, node)
-        return editing.remove_attribute(found.get_node(), found.get_name())
+        return remove_attribute(found.get_node(), found.get_name())
 
     @OnEither
     def create_prim(
@@ -335,7 +232,7 @@ class Controller(ObjectLookup, DataView):
     ) -> Any:
         from graph.isaac.session import app
 
-        stage, path = app().stage, str(_bare(prim_path))
+        stage, path = app().stage, str(bare(prim_path))
         if (there := stage.GetPrimAtPath(path)) and not allow_exists:
             raise OmniGraphError(f"prim {path} already exists")
         from graph.isaac.og.prims import PrimPlan
@@ -348,7 +245,7 @@ class Controller(ObjectLookup, DataView):
 
     @OnEither
     def expose_prim(self: Any, exposure_type: Any, prim_id: Any, node_path_id: Any, *_: Any, **__: Any) -> Any:
-        graph, name = find.graph_and_name(present(), node_text(_bare(node_path_id)))
+        graph, name = find.graph_and_name(present(), node_text(bare(node_path_id)))
         entry = (exposure_type, ObjectLookup.prim_path(prim_id), name)
         OurController(graphs=present()).edit(graph, {Keys.EXPOSE_PRIMS: [entry]})
         return Node(present(), f"{graph.path}/{name}")
@@ -390,29 +287,18 @@ def find_listed(entries: Any) -> list[Any]:
     return entries if isinstance(entries, list) else [entries]
 
 
-def _bare(spec: Any) -> Any:
-    """A name for the engine's look-ups: handles and prims as text."""
-    if isinstance(spec, tuple):
-        return tuple(_bare(one) for one in spec)
-    if isinstance(spec, (Graph, Node, Attribute)):
-        return spec.path
-    if hasattr(spec, "GetPath") and not isinstance(spec, str):
-        return str(spec.GetPath())
-    return str(spec) if type(spec).__name__ == "Path" else spec
-
-
 def _end(owner: Any, spec: Any) -> Any:
-    bare = _bare(spec)
+    text = bare(spec)
     graph = getattr(owner, "_graph_id", None)
-    if isinstance(bare, str) and not bare.startswith("/") and graph is not None:
-        return f"{find.graph_path(_settings(graph))}/{bare}"
-    return bare
+    if isinstance(text, str) and not text.startswith("/") and graph is not None:
+        return f"{find.graph_path(_settings(graph))}/{text}"
+    return text
 
 
 def _settings(graph_id: Any) -> Any:
     """A graph id with OmniGraph's enumerations in the words of `graph.isaac.og`."""
     if not isinstance(graph_id, Mapping):
-        return _bare(graph_id)
+        return bare(graph_id)
     words = {}
     for key, value in graph_id.items():
         if key == "pipeline_stage":
@@ -420,7 +306,7 @@ def _settings(graph_id: Any) -> Any:
         elif key == "evaluation_mode":
             value = MODES.get(value, value)
         elif key == "graph_path":
-            value = _bare(value)
+            value = bare(value)
         words[key] = value
     return words
 
@@ -442,25 +328,3 @@ def _entry(value: Any) -> Any:
     if isinstance(value, Type):
         return value.name
     return editing.plain(value)
-
-
-def get_graph_by_path(path: Any) -> Graph | None:
-    found: Graph | None = ObjectLookup.graph(path)
-    return found
-
-
-def get_node_by_path(path: Any) -> Node | None:
-    return node_or_none(present(), str(_bare(path)))
-
-
-def get_all_graphs() -> list[Graph]:
-    graphs = present()
-    return [Graph(graphs, path) for path in graphs.graphs]
-
-
-def get_graphs_in_pipeline_stage(pipeline_stage: Any) -> list[Graph]:
-    return [one for one in get_all_graphs() if one.get_pipeline_stage() == pipeline_stage]
-
-
-def is_global_graph_prim(prim_path: str) -> bool:
-    return get_graph_by_path(prim_path) is not None

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -11,17 +10,11 @@ from graph.editing.graph_set import GraphSet
 from graph.editing.model import Model
 from graph.evaluate.omnigraph_names import AttributeOf
 from graph.isaac.og import Controller, OmniGraphError, TypedValue
-from graph.isaac.og.names import node_text
 from graph.isaac.session import mirror
 from graph.isaac.watched import tell_changed
 from graph.spec.file_spec import GraphSpec
 
-from .attributes import Attribute
-from .enums import AttributePortType, ExtendedAttributeType
 from .handle import Handle
-from .handles import Node, follow
-
-_PREFIXES = {AttributePortType.INPUT: "inputs", AttributePortType.OUTPUT: "outputs", AttributePortType.STATE: "state"}
 
 
 def plain(value: Any) -> Any:
@@ -100,22 +93,6 @@ def disconnect_all(graphs: GraphSet, path: str) -> None:
             editor.disconnect(source, target)
 
 
-def create_attribute(
-    node: Node, name: str, kind: Any, port: Any = AttributePortType.INPUT, value: Any = None, extended: Any = 0
-) -> Attribute | None:
-    """Adds an attribute to a node; None if it is there already."""
-    prefix = _PREFIXES[AttributePortType(port)]
-    full = name if name.partition(":")[0] in _PREFIXES.values() else f"{prefix}:{name}"
-    if node.get_attribute(full) is not None:
-        return None
-    text = kind_name(kind) if int(extended) == ExtendedAttributeType.REGULAR else "any"
-    node._edit.edit(node.ours.graph, {Controller.Keys.CREATE_ATTRIBUTES: [(f"{node.path}.{full}", text)]})
-    made = Attribute(node, full)
-    if value is not None:
-        made.set(value)
-    return made
-
-
 def kind_name(kind: Any) -> str:
     """The OGN name of a type given as text, as `Type` or as Sdf's value type name."""
     if not isinstance(kind, str) and hasattr(kind, "type") and hasattr(kind, "role"):
@@ -125,39 +102,13 @@ def kind_name(kind: Any) -> str:
     return str(getattr(kind, "name", kind))
 
 
-def remove_attribute(node: Node, name: str) -> bool:
-    """Removes an attribute that was added to a node; False if the type declares it, or it is missing."""
-    found = node.get_attribute(name)
-    if found is None or not found.is_dynamic():
-        return False
-    disconnect_all(node._graphs, found.path)
-
-    def without(spec: GraphSpec) -> GraphSpec:
-        return replace(
-            spec,
-            nodes=tuple(
-                replace(
-                    one,
-                    attributes={key: kind for key, kind in one.attributes.items() if key != found.full_name},
-                    inputs={key: value for key, value in one.inputs.items() if key != found.full_name},
-                )
-                if one.name == node.ours.name
-                else one
-                for one in spec.nodes
-            ),
-        )
-
-    _respecify(node._graphs, node.ours.graph.path, without)
-    return True
-
-
 def remove_variable(graphs: GraphSet, path: str, name: str) -> bool:
     """Removes a variable of a graph; False if a node reads or writes it, or it is missing."""
     graph = graphs.get(path)
     if name not in graph.variables:
         return False
     try:
-        _respecify(
+        respecify(
             graphs, path, lambda spec: replace(spec, variables={k: v for k, v in spec.variables.items() if k != name})
         )
     except OmniGraphError:
@@ -183,11 +134,12 @@ def rename_node(graphs: GraphSet, path: str, old: str, new: str) -> bool:
             connections=tuple(replace(one, source=end(one.source), target=end(one.target)) for one in spec.connections),
         )
 
-    _respecify(graphs, path, renamed)
+    respecify(graphs, path, renamed)
     return True
 
 
-def _respecify(graphs: GraphSet, path: str, change: Any) -> None:
+def respecify(graphs: GraphSet, path: str, change: Callable[[GraphSpec], GraphSpec]) -> None:
+    """Changes the spec of a graph by a function; its prims follow. Raises OmniGraphError for a graph that is wrong."""
     from graph.base.errors import UserError
 
     try:
@@ -197,49 +149,7 @@ def _respecify(graphs: GraphSet, path: str, change: Any) -> None:
     follow(path)
 
 
-def split_existing(
-    graphs: GraphSet, path: str, commands: dict[str, Any], *, nodes: bool, attributes: bool, prims: bool
-) -> dict[str, Node]:
-    """Takes entries of what may exist, and does, out of an edit; returns the nodes among them by their names."""
-    from graph.isaac.og.names import listed
-
-    found: dict[str, Node] = {}
-    if nodes and Controller.Keys.CREATE_NODES in commands:
-        left = []
-        for entry in listed(commands[Controller.Keys.CREATE_NODES]):
-            name = node_text(entry[0])
-            there = Node(graphs, name if name.startswith("/") else f"{path}/{name}")
-            if there.is_valid() and there.get_type_name() == str(getattr(entry[1], "id", entry[1])):
-                found[name] = there
-            else:
-                left.append(entry)
-        commands[Controller.Keys.CREATE_NODES] = left
-    if attributes and Controller.Keys.CREATE_ATTRIBUTES in commands:
-        left = []
-        for entry in listed(commands[Controller.Keys.CREATE_ATTRIBUTES]):
-            owner, _, name = str(getattr(entry[0], "path", entry[0])).rpartition(".")
-            there = Node(graphs, owner if owner.startswith("/") else f"{path}/{owner}")
-            if not (there.is_valid() and there.get_attribute_exists(name)):
-                left.append(entry)
-        commands[Controller.Keys.CREATE_ATTRIBUTES] = left
-    if prims and graphs.app is not None and Controller.Keys.CREATE_PRIMS in commands:
-        stage = graphs.app.stage
-        commands[Controller.Keys.CREATE_PRIMS] = [
-            entry
-            for entry in listed(commands[Controller.Keys.CREATE_PRIMS])
-            if not stage.GetPrimAtPath(str(entry[0] if isinstance(entry, (tuple, list)) else entry))
-        ]
-    return found
-
-
-def one_by_one(controller: Any, graph_id: Any, commands: Mapping[str, Any]) -> None:
-    """Makes the entries of an edit one at a time, up to the first that fails, as the product does."""
-    from graph.isaac.og.keys import ORDER
-    from graph.isaac.og.names import listed
-
-    path: Any = graph_id
-    with suppress(OmniGraphError):
-        path = controller.edit(graph_id, {})[0].path
-        for key in ORDER:
-            for entry in listed(commands.get(key, [])):
-                controller.edit(path, {key: [entry]})
+def follow(path: str) -> None:
+    """A graph was changed, not by an edit: its prims follow."""
+    if (prims := mirror()) is not None:
+        prims.write(path)

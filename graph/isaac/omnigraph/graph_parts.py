@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from graph.evaluate.omnigraph_names import Variable as OurVariable
 
+from .editing import kind_name, remove_variable
 from .enums import eVariableScope
 from .types import Type, type_of
 
@@ -64,8 +65,6 @@ class IVariable:
 
     def set_type(self, variable_type: Any) -> bool:
         """Gives it another type and that type's zero; False if a node uses it."""
-        from .editing import kind_name, remove_variable
-
         if kind_name(variable_type) == str(self._graph.ours.variables.types[self.name]):
             return True
         if not remove_variable(self._graph._graphs, self._graph.path, self.name):

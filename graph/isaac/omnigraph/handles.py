@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 
 from graph.editing.graph_set import GraphSet
 from graph.evaluate import Graph as OurGraph
 from graph.isaac.events import EventStream
-from graph.isaac.og import Compound, OmniGraphError, find
+from graph.isaac.og import Compound, Controller, OmniGraphError, find
 from graph.isaac.outcomes import inert
 from graph.isaac.session import mirror
+from graph.spec.file_spec import GraphSpec
 
 from .attributes import Attribute, attribute_or_none
+from .editing import disconnect_all, follow, kind_name, respecify
 from .enums import (
     AttributePortType,
     ExtendedAttributeType,
@@ -225,13 +228,9 @@ class Node(Handle):
         extendedType: Any = ExtendedAttributeType.REGULAR,
         unionTypes: str = "",
     ) -> bool:
-        from .editing import create_attribute
-
         return create_attribute(self, attributeName, attributeType, portType, value, extendedType) is not None
 
     def remove_attribute(self, attributeName: str) -> bool:
-        from .editing import remove_attribute
-
         return remove_attribute(self, attributeName)
 
     def get_compute_count(self) -> int:
@@ -317,7 +316,46 @@ def node_or_none(graphs: GraphSet, path: str) -> Node | None:
     return found if found.is_valid() else None
 
 
-def follow(path: str) -> None:
-    """A graph was changed, not by an edit: its prims follow."""
-    if (prims := mirror()) is not None:
-        prims.write(path)
+_PREFIXES = {AttributePortType.INPUT: "inputs", AttributePortType.OUTPUT: "outputs", AttributePortType.STATE: "state"}
+
+
+def create_attribute(
+    node: Node, name: str, kind: Any, port: Any = AttributePortType.INPUT, value: Any = None, extended: Any = 0
+) -> Attribute | None:
+    """Adds an attribute to a node; None if it is there already."""
+    prefix = _PREFIXES[AttributePortType(port)]
+    full = name if name.partition(":")[0] in _PREFIXES.values() else f"{prefix}:{name}"
+    if node.get_attribute(full) is not None:
+        return None
+    text = kind_name(kind) if int(extended) == ExtendedAttributeType.REGULAR else "any"
+    node._edit.edit(node.ours.graph, {Controller.Keys.CREATE_ATTRIBUTES: [(f"{node.path}.{full}", text)]})
+    made = Attribute(node, full)
+    if value is not None:
+        made.set(value)
+    return made
+
+
+def remove_attribute(node: Node, name: str) -> bool:
+    """Removes an attribute that was added to a node; False if the type declares it, or it is missing."""
+    found = node.get_attribute(name)
+    if found is None or not found.is_dynamic():
+        return False
+    disconnect_all(node._graphs, found.path)
+
+    def without(spec: GraphSpec) -> GraphSpec:
+        return replace(
+            spec,
+            nodes=tuple(
+                replace(
+                    one,
+                    attributes={key: kind for key, kind in one.attributes.items() if key != found.full_name},
+                    inputs={key: value for key, value in one.inputs.items() if key != found.full_name},
+                )
+                if one.name == node.ours.name
+                else one
+                for one in spec.nodes
+            ),
+        )
+
+    respecify(node._graphs, node.ours.graph.path, without)
+    return True

@@ -11,7 +11,8 @@ import numpy as np
 from graph.base.errors import RunError
 from graph.sim.attributes import applied_schemas, kilograms_per_unit, value_of
 from graph.sim.scene.scan import Scan
-from graph.sim.scene.stage import Warn, meters_per_unit
+from graph.sim.scene.stage import Warn
+from graph.sim.scene.stage_metadata import meters_per_unit
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST
 

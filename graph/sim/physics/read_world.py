@@ -15,7 +15,8 @@ from graph.sim import transforms
 from graph.sim.attributes import kilograms_per_unit, value_of, vector
 from graph.sim.scene.scan import BodyPrim, Scan, scan_stage
 from graph.sim.scene.scene_attributes import EARTH_GRAVITY
-from graph.sim.scene.stage import Warn, ignore_warning, up_axis
+from graph.sim.scene.stage import Warn, ignore_warning
+from graph.sim.scene.stage_metadata import up_axis
 from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, UsdGeom, UsdPhysics
 

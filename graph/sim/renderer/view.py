@@ -67,7 +67,7 @@ class WorldView:
             from graph.sim.geometry.collect import collect_geometry
             from graph.sim.scene.diagnostics import quiet
             from graph.sim.scene.scan import scan_stage
-            from graph.sim.scene.stage import scene_name
+            from graph.sim.scene.stage_metadata import scene_name
 
             fine, exact = self.fidelity.mesh_subdivision == "refined", self.fidelity.mesh_solids == "exact"
             with quiet(self.warn, scene_name(self.stage)):

@@ -13,6 +13,10 @@ Warn = Callable[[str, str, str], None]
 """Takes a warning: stable code, place, message."""
 
 
+def ignore_warning(code: str, where: str, message: str) -> None:
+    """A `Warn` that ignores everything."""
+
+
 @contextmanager
 def quiet(warn: Warn, where: str) -> Iterator[None]:
     """Turns USD's printed messages about a scene into warnings `usd-composition`."""

@@ -16,7 +16,7 @@ from graph.sim.transforms import Floats
 from graph.sim.usd import EARLIEST, Tf, Usd, UsdGeom, UsdPhysics
 
 from .mechanisms import GIVEN, JointKind, Mechanisms, mechanisms_of
-from .stage import meters_per_unit
+from .stage_metadata import meters_per_unit
 
 SOFT_TYPES = ("Mesh", "TetMesh", "Points")
 SOFT = frozenset(

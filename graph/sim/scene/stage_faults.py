@@ -11,7 +11,8 @@ import numpy as np
 from graph.base.errors import Problem, UserError
 from graph.sim.usd import Gf, Pcp, Tf, Usd, UsdGeom, Vt
 
-from .stage import Warn, meters_per_unit, scene_name, up_axis
+from .diagnostics import Warn
+from .stage_metadata import meters_per_unit, scene_name, up_axis
 
 
 def check_metadata(stage: Any) -> None:

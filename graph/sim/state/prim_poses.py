@@ -13,7 +13,8 @@ import numpy as np
 from graph.base.errors import RunError
 from graph.base.suggesting import Suggesting
 from graph.sim import transforms
-from graph.sim.scene.stage import Warn, ignore_warning, meters_per_unit
+from graph.sim.scene.stage import Warn, ignore_warning
+from graph.sim.scene.stage_metadata import meters_per_unit
 from graph.sim.transforms import Floats
 
 from .attribute_values import AttributeValues, Live

@@ -12,7 +12,7 @@ from graph.cli.examples import examples
 from graph.cli.main import main
 from graph.cli.new import KINDS
 from sensors import SUPPORTED_CAMERA_CONFIGS, SUPPORTED_LIDAR_CONFIGS, SUPPORTED_RADAR_CONFIGS
-from sensors.configs.summary import arc
+from sensors.configs.figures import arc
 from tests.support.without_wing import needs_wing
 
 

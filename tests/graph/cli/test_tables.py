@@ -5,7 +5,7 @@ import pytest
 from graph.cli.sensors import HEADINGS, described, row
 from graph.cli.tables import TEXT, hanging, table_lines, wrapped_last
 from graph.sim.fidelity import KNOBS
-from sensors.configs.summary import all_assets
+from sensors.configs.shipped import all_assets
 
 WORDS = ("NAME", "N", "SAID")
 ROWS = [("one", "1", "a text of some length that has to wrap"), ("a-long-name-of-thirty-letters-", "22", "short")]

@@ -7,7 +7,8 @@ import hypothesis.strategies as st
 from hypothesis import HealthCheck, example, given, settings
 
 import graph.isaac
-from graph.isaac.session import RUN, Run
+from graph.isaac.run import RUN, Run
+from graph.isaac.session import begin
 from graph.sim import App
 
 GRAPH = "/World/G"
@@ -32,7 +33,7 @@ def script():
     token = RUN.set(run)
     try:
         with graph.isaac.importable():
-            app = run.begin()
+            app = begin(run)
             og = import_module("omni.graph.core")
             stage = og.GraphPipelineStage.GRAPH_PIPELINE_STAGE_ONDEMAND  # nothing computes
             og.Controller.edit({"graph_path": GRAPH, "evaluator_name": "push", "pipeline_stage": stage}, {})

@@ -10,7 +10,7 @@ import sensors.replicator as rep
 from graph.sim import App
 from graph.sim import settings as keys
 from sensors import SUPPORTED_RADAR_CONFIGS, Radar, RadarSensor, parse_generic_model_output_data
-from sensors.configs.summary import find_asset
+from sensors.configs.shipped import find_asset
 from sensors.radar.config import RadarConfig, ScanConfig
 from sensors.radar.names import attribute_name
 

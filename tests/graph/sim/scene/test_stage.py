@@ -3,7 +3,8 @@ from fractions import Fraction
 import pytest
 
 from graph.base.errors import UserError
-from graph.sim.scene.stage import StageState, meters_per_unit, open_stage, physics_scene_rate, up_axis
+from graph.sim.scene.stage import StageState, open_stage
+from graph.sim.scene.stage_metadata import meters_per_unit, physics_scene_rate, up_axis
 from graph.sim.usd import Sdf, UsdGeom
 
 
