@@ -159,7 +159,7 @@ def test_the_command_lists_the_files_of_a_graph_file(tmp_path, capsys):
 @needs_wing("stand_ins")
 def test_the_command_lists_the_assets_in_the_texts_of_a_script(tmp_path, capsys):
     file = tmp_path / "script.py"
-    robot = "/Isaac/Robots/Unitree/Go2/go2.usd"
+    robot = "/Isaac/Robots/Nobody/Walker/walker.usd"
     grid = "/Isaac/Environments/Grid/default_environment.usd"
     file.write_text(f"add(root + {robot!r})\nadd(f'{{root}}{grid}')\nx = 'no'\n")
     assert listed(capsys, file) == {
