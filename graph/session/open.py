@@ -18,7 +18,7 @@ from graph.spec.file_spec import FileSpec, Note
 from .graph_checks import graph_notes
 from .overrides import apply_overrides
 from .randomized import randomized
-from .scene_checks import fast_cameras, prim_notes, scaled_sensors
+from .scene_checks import fast_cameras, idle_actuators, prim_notes, scaled_sensors
 from .stage import (
     build_stage,
     missing_targets,
@@ -154,6 +154,7 @@ def build_parts(
     if not problems and spec is not None and stage is not None:
         warnings += [*_clock_notes(spec), *graph_notes(graphs), *sensors_in_solids(stage, graphs)]
         warnings += [*prim_notes(spec), *scaled_sensors(stage, spec, graphs), *fast_cameras(spec, graphs)]
+        warnings += idle_actuators(stage, graphs)
         warnings += unmade_products(stage, spec, graphs)
     return Parts(
         spec, graphs, stage, sorted(dict.fromkeys(problems), key=_place), [*dict.fromkeys(warnings)], mjcf, drawn

@@ -126,6 +126,19 @@ def scaled_sensors(stage: Usd.Stage, spec: FileSpec, graphs: Sequence[Graph]) ->
             yield "sensor-scaled", str(mark or path), f"{path}: {lost}"
 
 
+def idle_actuators(stage: Usd.Stage, graphs: Sequence[Graph]) -> Iterator[Note]:
+    """A warning if the stage has explicit actuators, and no graph a node that steps them."""
+    from graph.sim.scene.stored_settings import ACTUATOR
+
+    if any(node.type.short_name == "ArticulationActuators" for graph in graphs for node in graph.nodes.values()):
+        return
+    for prim in stage.Traverse():
+        if prim.GetTypeName() == ACTUATOR:
+            why = "no node ArticulationActuators steps the actuators, so their joints move by their drives; add one"
+            yield "actuators-idle", str(prim.GetPath()), why
+            return
+
+
 def named_sensors(graphs: Sequence[Graph]) -> list[str]:
     """The prims that nodes render, in file order."""
     return list(

@@ -25,7 +25,7 @@ from graph.sim.scene.physics_settings import (
 )
 from graph.sim.scene.scan import JOINT_KINDS, SOFT, SOFT_ATTACHMENTS
 from graph.sim.scene.stage import Warn
-from graph.sim.scene.stored_settings import NEUTRAL, QUIET_SCHEMAS, STORED, UNKNOWN, Stored, stored_as
+from graph.sim.scene.stored_settings import ACTUATOR, NEUTRAL, QUIET_SCHEMAS, STORED, UNKNOWN, Stored, stored_as
 from graph.sim.scene.value_types import fits
 from graph.sim.usd import EARLIEST, Sdf, Tf, Usd, UsdPhysics
 
@@ -93,7 +93,7 @@ def check_settings(stage: Any, warn: Warn, *, mirrors: bool = False) -> None:
 
 
 def _prims(stage: Any) -> Iterator[Any]:
-    """Every prim outside of graphs; prims that instances share only once."""
+    """Every prim outside of graphs but actuators, which a node reads; prims that instances share only once."""
     seen = set()
     prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), Usd.TraverseInstanceProxies()))
     for prim in prims:
@@ -104,7 +104,7 @@ def _prims(stage: Any) -> Iterator[Any]:
             seen.add(prototype)
         if prim.GetTypeName() == "OmniGraph":  # its nodes have states, and no physics
             prims.PruneChildren()
-        else:
+        elif prim.GetTypeName() != ACTUATOR:
             yield prim
 
 

@@ -23,6 +23,9 @@ class Stored:
     names: tuple[str, ...]
 
 
+ACTUATOR = "NewtonActuator"
+"""The prim type of explicit actuators, which a node reads."""
+
 STORED = tuple(
     Stored(why, tuple(which.split()))
     for why, which in (

@@ -1,8 +1,15 @@
 """Warnings of `graph check` about what a graph file writes: units, orders, scales, rates, what nothing feeds."""
 
+from dataclasses import replace
+
 import pytest
 
 from graph.cli.check import check
+from graph.files import loads
+from graph.node import registry
+from graph.session.open import build_parts
+from nodes.catalog.example import example
+from tests.support.without_wing import needs_wing
 
 HEAD = "tickgraph: 1\nscene:\n  prims:\n"
 WIRED = """graphs:
@@ -149,3 +156,13 @@ def test_a_commanded_joint_without_a_drive_is_named_before_the_run(tmp_path, dri
     found = warnings_of(tmp_path, HEAD + ARM.replace("SCHEMAS", schemas))
     codes = [(code, where) for code, where, _ in found if code == "joint-without-drive"]
     assert codes == ([] if driven else [("joint-without-drive", "/G/motors")])
+
+
+@needs_wing("actuators")
+def test_actuators_that_no_node_steps_are_told_once(tmp_path):
+    spec = loads(example(registry.get("ArticulationActuators")), folder=tmp_path)
+    assert not [note for note in build_parts(spec).warnings if note[0] == "actuators-idle"]
+    without = replace(spec, graphs=())
+    ((_, where, message),) = [note for note in build_parts(without).warnings if note[0] == "actuators-idle"]
+    assert where == "/World/Robot/Actuators/joint"
+    assert message.startswith("no node ArticulationActuators steps the actuators")
