@@ -12,7 +12,7 @@ from graph.sim.usd import UsdGeom
 from .arm_motion import DOWN
 from .old_objects import DynamicCuboid, FixedCuboid, VisualCuboid
 from .stage import generate_next_free_path
-from .world import BaseTask
+from .task import BaseTask
 
 __all__ = ["FollowTarget", "PickPlace", "Stacking"]
 SIDE = 0.0515
