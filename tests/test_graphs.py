@@ -5,7 +5,6 @@ import io
 import json
 import subprocess
 import sys
-from importlib.util import find_spec
 from types import SimpleNamespace
 from typing import Any
 
@@ -15,15 +14,13 @@ from rosbags.typesys import Stores, get_typestore
 
 from graph.cli.main import main
 from tests.support.places import ROOT
-from tests.support.without_wing import needs_wing
+from tests.support.without_wing import MISSING_EXAMPLES, needs_wing
 
-OF_WINGS = {"physx_sensors": "physx", "camera_pipeline": "replicator"}
-"""Examples by the wing whose nodes they have."""
 FILES = sorted(
     path
     for path in (ROOT / "graphs").glob("*.yaml")
     if not path.name.endswith(".test.yaml") and path.stem != "worlds"  # it has no graph: `Worlds` drives it
-    if path.stem not in OF_WINGS or find_spec(f"wings.{OF_WINGS[path.stem]}")
+    if path.stem not in MISSING_EXAMPLES
 )
 YARD = ROOT / "graphs" / "yard.yaml"
 TOP = "/World/Robot/Chassis/top_lidar"

@@ -12,6 +12,7 @@ from graph.cli.main import main
 from graph.manual import page, pages
 from tests.support import manual
 from tests.support.places import ROOT
+from tests.support.without_wing import needs_every_command
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
@@ -97,6 +98,7 @@ def test_a_python_block_runs_beside_the_graph_file(folder, block):
     assert "run_node" in block or "the scan began at 900000000 ns" in done.stdout
 
 
+@needs_every_command
 def test_every_other_command_is_one_that_the_command_takes():
     elsewhere = [
         *blocks("sh", section("Run it")),

@@ -16,6 +16,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     from graph.base.plugins import FILES, loaded
     from graph.files.kinds import FileKind
 
+    parser.set_defaults(kind=None)
     group = parser.add_mutually_exclusive_group()
     group.add_argument("--tests", action="store_true", help="the schema of test files (*.test.yaml) instead")
     for plugin, kind in loaded(FILES, FileKind):

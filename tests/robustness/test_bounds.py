@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib.util import find_spec
 from itertools import count
 from pathlib import Path
 
@@ -24,6 +23,7 @@ from graph.sim.messages.ros_types import serialize
 from graph.sim.usd import Sdf, Usd, UsdGeom
 from sensors.radar.config import ScanConfig
 from tests.support.mcap_files import message, written
+from tests.support.without_wing import MISSING_WINGS
 
 BALL = {"/W/Ball": {"type": "Sphere", "rigid_body": True, "translate": [0, 0, 5]}}
 LIDAR = {"/W/Lidar": {"type": "OmniLidar", "config": "Example_Rotary"}}
@@ -436,7 +436,7 @@ def test_every_limit_has_a_case():
 def test_as_much_as_the_limit_passes_and_one_more_is_refused_in_a_line(key, tmp_path, capsys):
     name, build, more = CASES[key]
     wing = "mjcf" if key == "physics.iterations model" else name.partition(".")[0]
-    if wing in ("acoustic", "campaign", "mjcf") and find_spec(f"wings.{wing}") is None:
+    if wing in MISSING_WINGS:
         pytest.skip(f"needs wings.{wing}")
     for less in (0, 1):
         asked = build(tmp_path, *more)

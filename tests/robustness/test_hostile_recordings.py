@@ -121,6 +121,7 @@ def test_a_run_is_not_written_through_a_link_of_its_folder(said, tmp_path, name)
     assert (tmp_path / "secret").read_text() == "keys"
 
 
+@needs_wing("exports")
 @pytest.mark.parametrize("place", ["csv", "csv/a.csv"])
 def test_an_export_is_not_written_through_a_link_of_the_run(said, tmp_path, place):
     run = tmp_path / "run"

@@ -10,6 +10,7 @@ import sensors.replicator as rep
 from graph.sim import App, VirtualClock
 from graph.sim import settings as keys
 from tests.support.lidar_worlds import add_box, define_lidar, rotary, weightless
+from tests.support.without_wing import needs_wing
 
 EPOCH = 1_700_000_000
 PRODUCT = "isaacsim-6.0.1"
@@ -136,6 +137,7 @@ graphs:
         assert app.graphs["/World/Frames"].nodes["time"].get("outputs:simulationTime") == 0.1
 
 
+@needs_wing("replicator")
 def test_clocks_of_a_graph_that_any_frame_starts_give_the_time_of_that_frame(tmp_path):
     file = tmp_path / "g.yaml"
     file.write_text(

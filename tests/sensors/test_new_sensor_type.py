@@ -306,7 +306,7 @@ def test_keys_of_sensors_take_it_and_refuse_what_is_not_a_sensor_naming_it(file,
     assert main(["check", str(file)]) == 2
     error = capsys.readouterr().err
     assert "only sensors exclude what they never hit (OmniLidar, " in error
-    assert "Thermometer)" in error
+    assert "Thermometer" in error
 
 
 def test_attributes_written_while_playing_count_in_the_next_update(app):

@@ -6,6 +6,7 @@ Runs all tests but those of that wing, or those that the arguments name, in a tr
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -19,15 +20,32 @@ from tests.support.places import ROOT
 
 WINGS = sorted(path.name for path in (ROOT / "wings").iterdir() if (path / "__init__.py").exists())
 """The names of all wings."""
-
-
 MISSING = {type_id for type_id, plugin in shipped(NODES).items() if plugin.absence}
 """The node types whose wing is missing in this tree: none in a whole one."""
+MISSING_NAMES = {type_id.rpartition(".")[2] for type_id in MISSING}
+"""Their names without the packages."""
+MISSING_WINGS = {
+    wing
+    for wing in re.findall(r'"wings\.(\w+)', (ROOT / "pyproject.toml").read_text(encoding="utf8"))
+    if find_spec(f"wings.{wing}") is None
+}
+"""The wings that are declared and missing in this tree."""
+MISSING_EXAMPLES = {
+    name
+    for name, wing in {"arm": "mjcf", "camera_pipeline": "replicator", "physx_sensors": "physx"}.items()
+    if wing in MISSING_WINGS
+}
+"""The files in graphs/, without their endings, that need a wing which is missing in this tree."""
+
+
+def is_missing(place: str) -> bool:
+    """Whether a module or file, as "wings.ucx.wire" or "tests/wings/ucx", is of a missing wing."""
+    return not MISSING_WINGS.isdisjoint(re.findall(r"wings[./](\w+)", place))
 
 
 def needs_wing(wing: str) -> pytest.MarkDecorator:
     """Skips a test where the wing that it uses is missing."""
-    return pytest.mark.skipif(find_spec(f"wings.{wing}") is None, reason=f"needs the wing {wing}")
+    return pytest.mark.skipif(wing in MISSING_WINGS, reason=f"needs the wing {wing}")
 
 
 needs_every_command = pytest.mark.skipif(

@@ -6,6 +6,7 @@ import pytest
 
 from tests.support.countdown_tests import PASSES
 from tests.support.places import ROOT
+from tests.support.without_wing import MISSING_EXAMPLES
 
 FAILS = """\
   it finishes <late> & "quoted":
@@ -25,7 +26,8 @@ def tests(folder):
 
 
 def test_the_tests_of_the_examples_pass(graph):
-    result = graph("test", ROOT / "graphs")
+    files = [one for one in (ROOT / "graphs").glob("*.test.yaml") if one.name.partition(".")[0] not in MISSING_EXAMPLES]
+    result = graph("test", *(files if MISSING_EXAMPLES else [ROOT / "graphs"]))
     assert (result.code, result.err) == (0, "")
     assert result.out.splitlines()[-1] == f"{len(result.out.splitlines()) - 1} passed, 0 failed"
 

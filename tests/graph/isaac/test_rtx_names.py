@@ -7,6 +7,7 @@ import pytest
 
 import graph.isaac
 from graph.sim import App
+from tests.support.without_wing import needs_wing
 
 
 @pytest.fixture
@@ -18,7 +19,12 @@ def rtx():
 
 
 @pytest.mark.parametrize(
-    ("kind", "prim_type"), [("Lidar", "OmniLidar"), ("Radar", "OmniRadar"), ("Acoustic", "OmniAcoustic")]
+    ("kind", "prim_type"),
+    [
+        ("Lidar", "OmniLidar"),
+        ("Radar", "OmniRadar"),
+        pytest.param("Acoustic", "OmniAcoustic", marks=needs_wing("acoustic")),
+    ],
 )
 def test_a_bare_prim_without_its_schema_is_not_wrapped(rtx, kind, prim_type):
     made = getattr(rtx, kind)

@@ -18,7 +18,7 @@ from graph.sim.fidelity import KNOBS, Fidelity
 from graph.testing import run_graph
 from tests.support import figures, manual
 from tests.support.places import ROOT
-from tests.support.without_wing import needs_every_command
+from tests.support.without_wing import needs_every_command, needs_wing
 
 MANUAL = "".join(one.text for one in pages())
 
@@ -152,7 +152,14 @@ def test_a_part_of_a_graph_file_checks(tmp_path, block):
     assert main(["check", str(tmp_path / "part.yaml")]) == 0
 
 
-@pytest.mark.parametrize("block", PYTHON, ids=[block.splitlines()[0] for block in PYTHON])
+def own_wing(block):
+    """The mark of a block that imports from a wing."""
+    return [needs_wing(wing) for wing in re.findall(r"^from wings\.(\w+)", block, re.MULTILINE)]
+
+
+@pytest.mark.parametrize(
+    "block", [pytest.param(block, id=block.splitlines()[0], marks=own_wing(block)) for block in PYTHON]
+)
 def test_every_python_block_runs_by_itself_beside_the_file_that_it_names(tmp_path, block):
     (tmp_path / "halve.py").write_text(NODE)
     path = os.pathsep.join([str(tmp_path), str(ROOT)])

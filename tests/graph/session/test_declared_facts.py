@@ -8,6 +8,7 @@ from graph.cli.idle_parts import silent_parts, wired_sensors
 from graph.node import NodeAtLoad, finders
 from graph.node.registry import Registry
 from graph.session.open import build_parts, open_session
+from tests.support.without_wing import needs_wing
 
 REGISTRY = Registry(finders.ALL)
 IN, OUT = Attribute("execution", "go"), Attribute("execution", "then")
@@ -215,6 +216,7 @@ def test_a_graph_that_something_starts_is_not(noted, text):
     assert noted(text) == []
 
 
+@needs_wing("replicator")
 def test_an_event_in_a_post_render_graph_fires_in_each_update_with_a_frame(opened):
     entry = one("e: GpuInteropRenderProductEntry, t: OnPlaybackTick, c: Counter", ["e.exec -> c.execIn"], "post_render")
     session = opened(MADE + entry.replace("/World/G", "/World/P"))

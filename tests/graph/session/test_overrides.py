@@ -160,7 +160,9 @@ def test_all_wrong_targets_are_told_together():
     assert len(caught.value.problems) == 2
 
 
-@pytest.mark.parametrize("command", ["run", "check", "explain", "inspect", "trade"])
+@pytest.mark.parametrize(
+    "command", ["run", "check", "explain", "inspect", pytest.param("trade", marks=needs_wing("trade"))]
+)
 def test_every_command_with_set_refuses_a_wrong_prim(command, file, capsys):
     from graph.cli.main import main
 

@@ -8,6 +8,7 @@ import pytest
 
 from graph import Controller
 from graph.sim import App
+from tests.support.without_wing import needs_wing
 
 BALL = {"/World/Ball": {"type": "Sphere", "radius": 0.2, "translate": [0, 0, 2], "rigid_body": True}}
 SLACK = 25
@@ -41,7 +42,9 @@ OPENED = {
 }
 
 
-@pytest.mark.parametrize("opened", OPENED)
+@pytest.mark.parametrize(
+    "opened", [pytest.param(name, marks=needs_wing("mjcf")) if name == "MJCF" else name for name in OPENED]
+)
 def test_a_closed_app_goes_with_its_last_reference(opened):
     """Without the garbage collector: App, world, engine, Fabric and products."""
     with OPENED[opened]() as app:  # some libraries keep the frames of what has imported them, until they are collected

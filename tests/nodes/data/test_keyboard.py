@@ -3,6 +3,7 @@ import pytest
 from graph import UserError
 from graph.sim.keyboard import keyboard_of
 from graph.testing import run_node
+from tests.support.without_wing import needs_wing
 
 
 def test_keys_and_modifiers_are_read_while_they_are_down(world):
@@ -41,10 +42,12 @@ def test_two_apps_have_two_keyboards(world):
     assert keyboard_of(world()) is not keyboard_of(world())
 
 
+@needs_wing("replicator")
 def test_the_entry_of_a_saved_pipeline_does_nothing_without_frames(world):
     assert run_node("GpuInteropRenderProductEntry", updates=3, app=world()).fired("exec") == []
 
 
+@needs_wing("replicator")
 def test_the_entry_of_a_saved_pipeline_fires_for_new_frames(world, lidar):
     from sensors import render_product
 
@@ -56,6 +59,7 @@ def test_the_entry_of_a_saved_pipeline_fires_for_new_frames(world, lidar):
     assert trace.value("simTime") == pytest.approx(trace.value("hydraTime"))
 
 
+@needs_wing("replicator")
 def test_the_entry_gives_the_time_of_the_frame_not_that_of_its_update(world, lidar):
     # A tick at 0.1 s lies in the third update of 1/24 s, which ends at 0.125 s: the scan shows step 24 of 240 Hz.
     from sensors import render_product

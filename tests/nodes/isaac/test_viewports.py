@@ -4,6 +4,7 @@ import pytest
 
 from graph import ComputeError
 from graph.testing import run_node
+from tests.support.without_wing import needs_wing
 
 ROOT = "/Render/OmniverseKit/HydraTextures"
 
@@ -81,7 +82,11 @@ def test_a_sensor_set_on_a_viewport_renders_and_stays_through_a_new_size(lidar, 
     [
         ("IsaacSetViewportResolution", {"width": 64, "height": 64}),
         ("IsaacSetCameraOnRenderProduct", {"renderProductPath": f"{ROOT}/Viewport", "cameraPrim": ["/World/Eye"]}),
-        ("omni.graph.ui_nodes.SetActiveViewportCamera", {"viewport": "Viewport", "primPath": "/World/Eye"}),
+        pytest.param(
+            "omni.graph.ui_nodes.SetActiveViewportCamera",
+            {"viewport": "Viewport", "primPath": "/World/Eye"},
+            marks=needs_wing("ui"),
+        ),
     ],
 )
 def test_what_publishes_a_product_that_is_replaced_is_warned_of(lidar, stage, world, node, inputs, published):

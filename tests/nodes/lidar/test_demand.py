@@ -6,6 +6,7 @@ from graph.session.runner import graphs_of
 from graph.sim import App
 from graph.sim.messages.bus import MemorySink
 from sensors.raycast.triangles import TriangleScene
+from tests.support.without_wing import needs_wing
 
 POINT_CLOUD = "sensor_msgs/msg/PointCloud2"
 FILE = """\
@@ -138,9 +139,11 @@ graphs:
 @pytest.mark.parametrize(
     ("kind", "attributes", "node", "name"),
     [
-        ("Lidar", "rotationRate: 0", "IsaacReadLidarPointCloud", "lidarPrim"),
-        ("Lidar", "rotationRate: 0", "IsaacReadLidarBeams", "lidarPrim"),
-        ("IsaacLightBeamSensor", "numRays: 3", "IsaacReadLightBeam", "lightbeamPrim"),
+        pytest.param("Lidar", "rotationRate: 0", "IsaacReadLidarPointCloud", "lidarPrim", marks=needs_wing("physx")),
+        pytest.param("Lidar", "rotationRate: 0", "IsaacReadLidarBeams", "lidarPrim", marks=needs_wing("physx")),
+        pytest.param(
+            "IsaacLightBeamSensor", "numRays: 3", "IsaacReadLightBeam", "lightbeamPrim", marks=needs_wing("physx")
+        ),
         (
             "IsaacRaycastSensor",
             "numRays: 1, rayDirections: [[1, 0, 0]], rayOrigins: [[0, 0, 0]]",

@@ -15,6 +15,7 @@ from graph.sim import App
 from graph.sim.messages.bus import MemorySink
 from graph.testing import run_node
 from sensors import render_product
+from tests.support.without_wing import needs_wing
 
 CAMERA = "/World/Camera"
 SIZE = (64, 48)
@@ -473,6 +474,7 @@ def test_a_pair_of_two_sizes_is_reported_and_publishes_nothing(app):
     assert not messages(app, "/camera_info")
 
 
+@needs_wing("ucx")
 def test_the_ucx_helper_sends_pictures(app):
     helper(app, node="UCXCameraHelper")
     found = messages(app, "/ucx/port_13337/tag_270059627")

@@ -10,6 +10,9 @@ from graph.base.extras import install_command
 from graph.cli.main import main
 from graph.recording.transports import targets
 from graph.recording.transports.targets import Target, read_targets
+from tests.support.without_wing import needs_wing
+
+pytestmark = needs_wing("transports")
 
 
 @pytest.fixture(autouse=True)
