@@ -13,7 +13,7 @@ import networkx
 import pytest
 
 from tests.support.places import PACKAGES, ROOT
-from tests.support.without_wing import is_missing
+from tests.support.without_wing import MISSING_WINGS, is_missing
 
 HEAVY = ("mujoco", "numba", "open3d", "pxr", "matplotlib")
 
@@ -100,8 +100,10 @@ def test_the_drawing_shows_which_room_imports_which():
     circles = [sorted(part) for part in networkx.strongly_connected_components(with_types) if len(part) > 1]
     assert circles == [], [with_types.edges[edge] for part in circles for edge in with_types.subgraph(part).edges]
     needed = set(networkx.transitive_reduction(rooms).edges)
-    assert drawn("-->") == needed
-    assert drawn("-.->") == set(networkx.transitive_reduction(with_types).edges) - needed
+    of_types = set(networkx.transitive_reduction(with_types).edges) - needed
+    differing = (drawn("-->") ^ needed) | (drawn("-.->") ^ of_types)
+    # what all wings import is not known where one is missing
+    assert {arrow for arrow in differing if arrow[0] != "wings" or not MISSING_WINGS} == set()
 
 
 def test_no_wing_imports_another():
@@ -135,6 +137,8 @@ def test_the_stub_of_the_door_names_where_its_names_stand():
         homes |= {alias.asname: module for alias in line.names}
     assert sorted(homes) == sorted(door.__all__)
     for name, module in homes.items():
+        if name == "Worlds" and "device" in MISSING_WINGS:
+            continue
         whole = f"{module}.{name}"
         home = import_module(whole) if whole in MODULES else getattr(import_module(module), name)
         assert getattr(door, name) is home, name

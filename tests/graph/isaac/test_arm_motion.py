@@ -4,6 +4,10 @@ import math
 
 import pytest
 
+from tests.support.without_wing import needs_wing
+
+pytestmark = needs_wing("stand_ins")
+
 APP = """
 from isaacsim import SimulationApp
 app = SimulationApp({"headless": True})

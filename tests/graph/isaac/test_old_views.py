@@ -4,6 +4,10 @@ import ast
 
 import pytest
 
+from tests.support.without_wing import needs_wing
+
+pytestmark = needs_wing("stand_ins")
+
 START = """
 from isaacsim import SimulationApp
 app = SimulationApp()

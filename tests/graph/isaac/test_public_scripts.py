@@ -2,6 +2,8 @@
 
 import pytest
 
+from tests.support.without_wing import needs_wing
+
 APP = "from isaacsim import SimulationApp\napp = SimulationApp({'headless': True})\n"
 CLOCK = """
 import omni.graph.core as og
@@ -192,6 +194,7 @@ print(omni.kit.commands.execute("IsaacSensorCreateContactSensor", path="/contact
     assert "below a rigid body" in err
 
 
+@needs_wing("stand_ins")
 def test_a_complaint_about_an_empty_prim_names_the_missing_asset(run_script):
     script = f"""{APP}
 from isaacsim.core.api import World
@@ -250,6 +253,7 @@ rounded = lambda values: np.asarray(values, float).round(3).tolist()
 """
 
 
+@needs_wing("stand_ins")
 def test_a_franka_opens_and_closes_its_gripper(run_script):
     script = f"""{ROBOTS}
 arm = world.scene.add(Franka("/World/arm", position=np.array([0.0, 1.0, 0.0])))
@@ -275,6 +279,7 @@ app.close()
     assert "asset-stand-in" in err
 
 
+@needs_wing("stand_ins")
 def test_a_ur10e_reaches_as_far_as_its_lengths_say(run_script):
     script = f"""{ROBOTS}
 add_reference_to_stage(robots + "/UniversalRobots/ur10e/ur10e.usd", "/World/arm")
@@ -292,6 +297,7 @@ app.close()
     assert (code, out.splitlines()) == (0, ["[-1.184, -0.291, 0.061] 6 None", "1.365"])
 
 
+@needs_wing("stand_ins")
 def test_a_nova_carter_drives_as_far_as_its_wheels_roll(run_script):
     script = f"""{ROBOTS}
 robot = world.scene.add(WheeledRobot("/World/robot", "robot", wheel_dof_names=["joint_wheel_left", "joint_wheel_right"],
@@ -402,6 +408,7 @@ app.close()
     assert out.splitlines() == ["True", "True"]
 
 
+@needs_wing("robots")
 def test_the_wheels_of_a_holonomic_robot_are_read_from_the_stage(run_script):
     code, out, err = run_script(f"""{APP}
 import omni.usd
@@ -432,6 +439,7 @@ def test_commands_of_importers_are_refused_and_say_what_opens_such_a_file(run_sc
     assert f"scene: {{{word}: FILE}}: graph help world" in err
 
 
+@needs_wing("stand_ins")
 def test_a_robot_on_a_fixed_base_goes_back_to_its_default_pose(run_script):
     code, out, err = run_script(f"""{APP}
 import numpy as np

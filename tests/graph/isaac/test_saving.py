@@ -2,6 +2,8 @@
 
 import pytest
 
+from tests.support.without_wing import needs_wing
+
 PART = '#usda 1.0\n(\n    defaultPrim = "Part"\n)\ndef Cube "Part"\n{\n}\n'
 SCENE = """#usda 1.0
 (
@@ -59,6 +61,7 @@ def test_a_stage_that_is_not_saved_leaves_its_file_as_it_was(saved):
     assert saved("") == SCENE
 
 
+@needs_wing("stand_ins")
 def test_a_stage_with_a_stand_in_is_saved_whole_because_no_file_holds_it(saved):
     text = saved("""from isaacsim.core.experimental.utils.stage import add_reference_to_stage
 add_reference_to_stage("omniverse://host/Isaac/Environments/Simple_Room/simple_room.usd", "/World/Room")
