@@ -136,13 +136,14 @@ from graph.node.registry import DEFAULT
 print(len(DEFAULT.all()))
 assert main(["check", "graphs/quickstart.yaml"]) == 0
 assert main(["run", "graphs/quickstart.yaml", "--updates", "2", "--out", "out"]) == 0
+assert main(["schema"]) == 0
 assert main(sys.argv[1:]) == 2
 """
 
 
 @pytest.mark.parametrize("wing", WINGS)
 def test_everything_else_works_without_the_wing(wing, tmp_path):
-    """All other node types load, a shipped graph is checked and run; a file that needs the wing gets one line."""
+    """All other node types load, a graph is checked and run, the schema made; a file that needs it gets one line."""
     text, command, before, after = NEEDS[wing]
     tree = tree_without(wing, tmp_path)
     (tree / "file.yaml").write_text(f"tickgraph: 1\n{text}\n")
