@@ -8,6 +8,7 @@ from graph.cli.main import main
 from graph.files import json_schema, loads
 from graph.files.prim_schema import PRIM
 from graph.node import registry
+from tests.support.without_wing import MISSING_EXAMPLES
 
 jsonschema = pytest.importorskip("jsonschema")
 ROOT = Path(__file__).parents[3]
@@ -164,7 +165,7 @@ def test_shipped_graphs_and_templates_fit_the_schema(printed):
 
     validator = jsonschema.Draft202012Validator(printed)
     files = [*(ROOT / "graphs").glob("*.yaml"), *(ROOT / "graph" / "cli" / "templates").glob("*.yaml")]
-    trees = {file.name: YAML(typ="safe").load(file) for file in files}
+    trees = {file.name: YAML(typ="safe").load(file) for file in files if file.stem not in MISSING_EXAMPLES}
     graphs = {name: tree for name, tree in trees.items() if "graphs" in tree}
     assert len(graphs) > 20
     assert {name: error.json_path for name, tree in graphs.items() for error in validator.iter_errors(tree)} == {}
