@@ -111,13 +111,20 @@ class World(WorldView):
         return EditStage(self, player, choice)
 
     def add_prims(
-        self, player: Player, prims: Mapping[str, Mapping[str, Any]], when_playing: str | None = None
+        self,
+        player: Player,
+        prims: Mapping[str, Mapping[str, Any]],
+        when_playing: str | None = None,
+        author: Callable[..., None] | None = None,
     ) -> None:
-        """Authors prims inside an `edit`; path to keys as under `scene.prims` in a graph file."""
+        """Authors prims inside an `edit`; path to keys as under `scene.prims` in a graph file.
+
+        author: `author_prims` with what it must know of sensors; None knows the prim types of USD schemas alone.
+        """
         from .scene.prims import author_prims
 
         with self.edit(player, when_playing) as stage:
-            author_prims(stage, prims, warn=self.warn)
+            (author or author_prims)(stage, prims, warn=self.warn)
 
     def remove_prims(self, player: Player, *paths: str, when_playing: str | None = None) -> None:
         """Removes prims inside an `edit`. Raises UserError for a missing prim."""

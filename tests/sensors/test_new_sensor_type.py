@@ -489,3 +489,13 @@ def test_the_example_of_the_readme_measures(app):
     app.update(steps=3)
     height = 10 - 9.81 / 240**2 * 12 * 13 / 2
     assert annotator.get_data() == pytest.approx(15.0 - 0.0065 * height, abs=1e-5)
+
+
+def test_add_prims_takes_sensors_as_a_graph_file_does():
+    """A type without a USD schema has a transform; a lidar takes its configuration."""
+    with App() as app:
+        app.add_prims(
+            {"/T": {"type": "Thermometer", "translate": [1, 2, 3]}, "/L": {"type": "OmniLidar", "config": "OS1"}}
+        )
+        assert app.fabric.world_matrix("/T")[:3, 3].tolist() == [1, 2, 3]
+        assert app.stage.GetPrimAtPath("/L").GetAttribute("omni:sensor:Core:scanType").Get() == "ROTARY"

@@ -1,4 +1,6 @@
-"""The tests of a file: those that ran its lines in the last run with coverage, else those of modules that import it.
+"""The tests of a file: those that ran its lines in the last run with coverage, else those near it.
+
+Near are tests of its folder, and those that import it or, if none does, the modules that import it.
 
 python -m tests.support.covering FILE... [-- PYTEST OPTIONS]
 
@@ -22,7 +24,8 @@ DATA = ROOT / "build" / "coverage"
 
 def covering(file: Path, data: Path = DATA) -> list[str]:
     """What pytest runs for a file: tests by their ids if the coverage has lines of it, else test files."""
-    return ran_by(file, data) or [str(one.relative_to(ROOT)) for one in near(file)]
+    beside = (ROOT / "tests" / file.parent.relative_to(ROOT)).glob("test_*.py")
+    return ran_by(file, data) or [str(one.relative_to(ROOT)) for one in sorted({*near(file), *beside})]
 
 
 def ran_by(file: Path, data: Path = DATA) -> list[str]:

@@ -20,8 +20,8 @@ EVERYTHING = {"xyz", "azimuth", "elevation", "distance", "scalar", "timeOffsetNs
 
 
 def weightless(physics_hz=240, loop_hz=60, settings=None, seed=0, **fidelity):
-    """An App without gravity; fidelity knobs by name, "_" for "."."""
-    knobs = {name.replace("_", "."): value for name, value in fidelity.items()}
+    """An App without gravity; fidelity knobs by name, "_" for the first "."."""
+    knobs = {name.replace("_", ".", 1): value for name, value in fidelity.items()}
     app = App(
         None,
         physics_hz=physics_hz,

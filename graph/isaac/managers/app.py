@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +31,17 @@ class App(app.App):
         from graph.session.open import open_app
 
         return open_app(cls, path, **options)
+
+    def add_prims(self, prims: Mapping[str, Mapping[str, Any]], when_playing: str | None = None) -> None:
+        """Authors prims inside an `edit`; path to keys as under `scene.prims` in a graph file, sensors included."""
+        from graph.sim.scene.placed_types import give_transforms
+        from graph.sim.scene.prims import author_prims
+        from sensors.configs import author_config
+        from sensors.sensor_types import sensor_types
+
+        author = partial(author_prims, sensor_config=author_config, sensor_types=sensor_types())
+        give_transforms(self.stage)
+        self.world.add_prims(self.driver, prims, when_playing, author)
 
     @property
     def loop(self) -> LoopRunner:
