@@ -15,11 +15,11 @@ class LateEdits:
     """
 
     def __init__(self, stage: Any) -> None:
-        from graph.sim.usd import Sdf, Tf, Usd
+        from graph.sim.usd import Tf, Usd
 
         self._stage = stage
         self._paths: dict[Any, None] = {}
-        self._kept: Any = Sdf.Layer.CreateAnonymous()
+        self._kept: Any = None
         self._callback = self._note  # USD holds it weakly
         self._listener = Tf.Notice.Register(Usd.Notice.ObjectsChanged, self._callback, stage)
 
@@ -28,8 +28,11 @@ class LateEdits:
 
     def take(self) -> None:
         """Ends the noting, and copies what was edited."""
+        from graph.sim.usd import Sdf
+
         self._listener.Revoke()
         if self._paths:
+            self._kept = Sdf.Layer.CreateAnonymous()
             self._kept.TransferContent(self._stage.GetEditTarget().GetLayer())
 
     @contextmanager
@@ -37,6 +40,9 @@ class LateEdits:
         """Makes the edits at the end of a `with` block that restores the stage; prims that stay are never gone."""
         from graph.sim.usd import Sdf
 
+        if not self._paths:
+            yield
+            return
         layer = self._stage.GetEditTarget().GetLayer()
         with Sdf.ChangeBlock():
             yield
