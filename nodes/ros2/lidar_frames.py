@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from sensors.frame import Frame
     from sensors.lidar.config import LidarConfig
-    from sensors.lidar.flat_scan import BeamRow
+    from sensors.lidar.flat_scan import BeamRow, Columns
 
     from .laser_scans import ScanStyle
 
@@ -114,13 +114,15 @@ SPARSEST = 16
 @dataclass(slots=True)
 class FrameScan:
     """Makes `sensor_msgs/LaserScan` of a planar lidar's frames: one cell for each beam, in the order of firing; or,
-    where `style` wants bins, by azimuth as the product does, whatever the elevations. The last return of a cell wins.
+    where `style` wants bins, or there are `columns`, by azimuth as the product does, whatever the elevations. The last
+    return of a cell wins.
     """
 
     frame_id: str
     style: ScanStyle
     config: Any = None
     row: BeamRow | None = None
+    columns: Columns | None = None
 
     def __call__(self, frame: Frame, nanoseconds: int) -> Any:
         """The message of a frame with this stamp."""
@@ -130,8 +132,9 @@ class FrameScan:
 
         from .laser_scans import laser_scan
 
-        if self.style.bins:
-            flat = flat_scan(frame, check_2d=False, bins=True)
+        columns = self.columns
+        if columns is not None or self.style.bins:
+            flat = columns.of(frame) if columns else flat_scan(frame, check_2d=False, bins=True)
             return laser_scan(
                 flat.ranges,
                 flat.intensities,
@@ -162,7 +165,7 @@ class FrameScan:
 
     def first_ray(self, frame: Frame) -> int:
         """The time [ns] at which the first cell of a frame's scan fires in its turn."""
-        if self.style.bins:
+        if self.columns is not None or self.style.bins:
             return frame.timestamp_ns
         rate = frame.config.scan_rate_base_hz
         turn = (frame.timestamp_ns + 1) * rate // NANOSECONDS  # a part of a scan begins within its turn

@@ -4,8 +4,9 @@
     writer.initialize(topicName="points", frameId="lidar", outputIntensity=True)
     writer.attach([product])
 
-Options are the inputs of the helper node; a cloud also takes output<Quantity> flags. A writer requests what it
-publishes as long as it is attached, with or without subscribers.
+Options are the inputs of the helper node; a cloud also takes output<Quantity> flags, and a scan the columns
+that the product's helper reads from the prim. A writer requests what it publishes as long as it is attached, with or
+without subscribers.
 """
 
 from __future__ import annotations
@@ -121,6 +122,31 @@ def _cloud(db: Database, options: Mapping[str, Any]) -> None:
     _compute(db, options)
 
 
+def _scan(db: Database, options: Mapping[str, Any]) -> None:
+    """A lidar's scan of its own beams; or, with a `horizontalResolution`, of the columns that the options give."""
+    _compute(db, options)
+    if not any(options[name] for name in ("horizontalFov", "horizontalResolution")):
+        return
+    from sensors.lidar.flat_scan import Columns
+
+    columns = Columns(
+        float(options["horizontalFov"]),
+        float(options["horizontalResolution"]),
+        _pair(db, "depthRange", options),
+        float(options["rotationRate"]),
+        _pair(db, "azimuthRange", options),
+    )
+    for problem in columns.problems():
+        db.fail(problem)
+    for _, writer in db.memory.writers:
+        writer.make.columns = columns
+
+
+def _pair(db: Database, name: str, options: Mapping[str, Any]) -> tuple[float, float]:
+    low, high = _numbers(db, name, options[name], 2)
+    return low, high
+
+
 def _info(db: Database, options: Mapping[str, Any]) -> None:
     """The lens of the camera; or, with a `k`, the parameters that the options give."""
     if options["k"] is None or len(options["k"]) == 0:
@@ -212,6 +238,10 @@ _QUANTITIES = (
     *("EchoId", "TickState", "Ring", "Time", "ClassId"),
 )
 _FLAGS = tuple(f"output{name}" for name in _QUANTITIES)
+_COLUMNS = {
+    **{"horizontalFov": 0.0, "horizontalResolution": 0.0, "depthRange": (0.0, 0.0)},
+    **{"rotationRate": 0.0, "azimuthRange": (0.0, 0.0)},
+}
 _LENS = {
     **{"width": 0, "height": 0, "projectionType": "", "k": (), "r": (), "p": ()},
     **{"physicalDistortionModel": "", "physicalDistortionCoefficients": ()},
@@ -231,7 +261,7 @@ def _kinds() -> Iterator[tuple[str, _Kind]]:
     cloud = _Kind(LIDAR, "point_cloud", {"type": "point_cloud"}, dict.fromkeys(_FLAGS, False), _cloud)
     yield "RtxLidar{}PublishPointCloud", cloud
     yield "RtxLidar{}PublishPointCloudBuffer", cloud
-    yield "RtxLidar{}PublishLaserScan", _Kind(LIDAR, "scan", {"type": "laser_scan"})
+    yield "RtxLidar{}PublishLaserScan", _Kind(LIDAR, "scan", {"type": "laser_scan"}, _COLUMNS, _scan)
     yield "RtxRadar{}PublishPointCloud", _Kind(RADAR, "radar_point_cloud")
     yield "LdrColor{}PublishImage", _Kind(CAMERA, "rgb", {"type": "rgb"})
     yield "LdrColor{}PublishCompressedImage", _Kind(CAMERA, "image_raw/compressed", {"type": "rgb_h264"})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -111,6 +112,37 @@ class FlatScan:
     def num_cols(self) -> int:
         """Number of columns."""
         return len(self.ranges)
+
+
+@dataclass(frozen=True, slots=True)
+class Columns:
+    """Columns of equal angle that a script gives a scan, as in `FlatScan`; azimuth_range: start and end."""
+
+    horizontal_fov: float
+    horizontal_resolution: float
+    depth_range: tuple[float, float]
+    rotation_rate: float
+    azimuth_range: tuple[float, float]
+
+    def problems(self) -> Iterator[str]:
+        """What makes no scan, each as one line."""
+        for name, value in (("Fov", self.horizontal_fov), ("Resolution", self.horizontal_resolution)):
+            if not 0 < value <= 360:
+                yield f"horizontal{name} is {value:g} deg; give it an angle above 0 and up to 360"
+        if not self.horizontal_fov / MOST_COLUMNS <= self.horizontal_resolution:
+            fine = f"horizontalResolution is {self.horizontal_resolution:g} deg"
+            yield f"{fine}; a scan has at most {MOST_COLUMNS:,} columns"
+
+    def of(self, frame: Frame) -> FlatScan:
+        """The scan of a frame in these columns; elements as in `flat_scan`."""
+        start, resolution = self.azimuth_range[0], self.horizontal_resolution
+        end = start + self.horizontal_fov - resolution
+        scan = FlatScan(self.horizontal_fov, resolution, self.depth_range, self.rotation_rate, (start, end))
+        _fill(scan, frame, max(1, int(round(self.horizontal_fov / resolution, 6))), start, resolution)
+        return scan
+
+
+MOST_COLUMNS = 1_000_000
 
 
 def flat_scan(frame: Frame, *, check_2d: bool = True, bins: bool = False) -> FlatScan:

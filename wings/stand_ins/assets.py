@@ -88,12 +88,13 @@ def _block(stage: Any) -> Any:
 
 
 WHEELED, ARM_OF_9 = "a box on its two driven wheels", "an arm with its 9 joints, links as boxes"
+ROBOTS = "/Robots(_Multiphysics)?"
 KNOWN: tuple[tuple[str, Callable[[Any], Any], str], ...] = (
     (r"/Environments/Grid/", ground, "an endless ground plane"),
     (r"/Environments/Simple_Room/", _room, "a room of 8 x 8 m with a table"),
     (r"/Environments/Simple_Warehouse/", _hall, "a hall of 20 x 30 m with four racks"),
     (r"/Props/Blocks/", _block, "a cube of 5 cm"),
-    (r"/Robots/(FrankaRobotics/FrankaPanda|Franka)/franka[^/]*$", franka, ARM_OF_9),
+    (rf"{ROBOTS}/(FrankaRobotics/FrankaPanda|Franka)/(franka/)?franka[^/]*$", franka, ARM_OF_9),
     (r"/(FrankaRobotics/FrankaFR3|Franka/FR3)/fr3[^/]*$", partial(franka, name="fr3"), ARM_OF_9),
     *(
         (rf"/{name}/{name}\.usd$", partial(quadruped, name), "a box on four legs with their 12 joints, as capsules")
@@ -108,8 +109,8 @@ KNOWN: tuple[tuple[str, Callable[[Any], Any], str], ...] = (
         (rf"/UniversalRobots/{name}/{name}[^/]*$", partial(universal_robot, name), "an arm with its 6 joints, as boxes")
         for name in MODELS
     ),
-    (r"/Robots/(NVIDIA/)?Jetbot/jetbot[^/]*$", partial(vehicle, JETBOT), WHEELED),
-    (r"/(nova_carter[^/]*|carter_v2[^/]*)\.usd$", partial(vehicle, NOVA_CARTER), WHEELED),
+    (rf"{ROBOTS}/(NVIDIA/)?Jetbot/jetbot[^/]*$", partial(vehicle, JETBOT), WHEELED),
+    (r"/(nova_carter[^/]*|carter_v2[^/]*)\.usda?$", partial(vehicle, NOVA_CARTER), WHEELED),
     (r"/Carter/carter_v1[^/]*\.usd$", partial(vehicle, CARTER), WHEELED),
     (r"/Turtlebot[^/]*/.*turtlebot3_burger[^/]*$", partial(vehicle, TURTLEBOT), WHEELED),
     (r"/iRobot/.*create_3[^/]*$", partial(vehicle, CREATE), WHEELED),
@@ -118,8 +119,8 @@ KNOWN: tuple[tuple[str, Callable[[Any], Any], str], ...] = (
     (r"/ForkliftC/forklift_c[^/]*$", partial(vehicle, FORKLIFT), "a box on four driven wheels, two of which steer"),
     (r"/SimpleArticulation/simple_articulation[^/]*$", articulation, "an arm on a fixed pivot, and a slider on it"),
     (r"/SimpleArticulation/articulation_3_joints[^/]*$", three_joints, "the arm and slider, and a second arm on it"),
-    (r"/Robots/IsaacSim/Cartpole/cartpole[^/]*$", cartpole, "a cart on a rail with a pole"),
+    (rf"{ROBOTS}/IsaacSim/Cartpole/cartpole[^/]*$", cartpole, "a cart on a rail with a pole"),
     (r"/Ant/ant_colored[^/]*$", coloured_ant, "a ball on four legs of two links each, and a ground plane"),
-    (r"/Robots/IsaacSim/Ant/ant[^/]*$", ant, "a ball on four legs of two links each, with their 8 joints"),
+    (rf"{ROBOTS}/IsaacSim/Ant/ant[^/]*$", ant, "a ball on four legs of two links each, with their 8 joints"),
 )
 """Patterns of asset paths, what makes their stand-ins, and these in words."""

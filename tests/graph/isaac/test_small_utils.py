@@ -30,6 +30,23 @@ print(0 <= drawn[0] <= 1, drawn[1])
     ]
 
 
+def test_profiled_functions_run_as_they_are(run_script):
+    code, out, err = run_script(
+        """import carb.profiler
+@carb.profiler.profile
+def twice(x):
+    return 2 * x
+@carb.profiler.profile(zone_name="half", add_args=False)
+def half(x):
+    return x / 2
+carb.profiler.begin(1, "zone")
+print(twice(3), half(3))
+carb.profiler.end(1)
+"""
+    )
+    assert (code, out) == (0, "6 1.5\n"), err
+
+
 def test_rays_and_vertices(run_script):
     """A ray along the turned X axis, from 1 m above the shifted start down to the slab's top at 0.5 m."""
     code, out, err = run_script(

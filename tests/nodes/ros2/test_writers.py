@@ -55,6 +55,20 @@ def test_a_laser_scan_has_its_beams(app):
     assert scan.ranges[0] == pytest.approx(5.0, abs=1e-5)
 
 
+def test_a_laser_scan_has_the_columns_that_a_script_gives(app):
+    """The wall's face is at x = 5 m: 5 m ahead, in column (0 + 180) / 1 of 360, and 5 / cos(10 deg) at 10 deg."""
+    geometry = {"horizontalFov": 360.0, "horizontalResolution": 1.0, "azimuthRange": [-180.0, 180.0]}
+    more = {"depthRange": [0.5, 20.0], "rotationRate": 10.0}
+    [scan] = publish(app, "RtxLidarROS2PublishLaserScan", "/World/Lidar", frameId="scan", **geometry, **more)
+    assert len(scan.ranges) == len(scan.intensities) == 360
+    assert (scan.angle_min, scan.angle_increment) == pytest.approx((-np.pi, np.pi / 180))
+    assert (scan.range_min, scan.range_max) == (0.5, 20.0)
+    assert scan.scan_time == pytest.approx(0.1)
+    assert scan.ranges[180] == pytest.approx(5.0, abs=1e-3)
+    assert 5 / np.cos(np.radians(10)) <= scan.ranges[190] <= 5 / np.cos(np.radians(11))
+    assert np.isinf(scan.ranges[0])
+
+
 def test_a_radar_publishes_its_detections(app):
     [cloud] = publish(app, "RtxRadarROS2PublishPointCloud", "/World/Radar", outputIntensity=True)
     assert [one.name for one in cloud.fields] == ["x", "y", "z", "intensity"]
@@ -134,6 +148,13 @@ def test_a_detached_writer_publishes_no_more_and_can_be_attached_again(app):
         ("LdrColorROS2PublishImage", "/World/Lidar", {}, "it is of another type"),
         ("RtxLidarROS2PublishPointCloud", "/World/Lidar", {"outputIntesity": True}, 'did you mean "outputIntensity"'),
         ("RtxLidarROS2PublishPointCloud", "/World/Lidar", {"topicName": "1 2"}, "is not a ROS 2 topic name"),
+        ("RtxLidarROS2PublishLaserScan", "/World/Lidar", {"horizontalFov": 90.0}, "horizontalResolution is 0 deg"),
+        (
+            "RtxLidarROS2PublishLaserScan",
+            "/World/Lidar",
+            {"horizontalFov": 9.0, "horizontalResolution": 1e-9},
+            "at most",
+        ),
         ("ROS2PublishCameraInfo", "/World/Camera", {"k": [1.0]}, "k has 1 values; it needs 9"),
     ],
 )

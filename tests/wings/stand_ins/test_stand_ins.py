@@ -28,6 +28,13 @@ from tests.graph.sim.scene.test_assets import GROUND, ROOT, opened, scene
             "PhysicsPrismaticJoint",
         ),
         ("Robots/NVIDIA/Jetbot/jetbot.usd", "chassis/left_wheel_joint", "PhysicsRevoluteJoint"),
+        ("Robots_Multiphysics/NVIDIA/Jetbot/jetbot.usda", "chassis/left_wheel_joint", "PhysicsRevoluteJoint"),
+        ("Robots_Multiphysics/IsaacSim/Ant/ant.usda", "joints/left_back_foot", "PhysicsRevoluteJoint"),
+        (
+            "Robots_Multiphysics/FrankaRobotics/FrankaPanda/franka/franka.usda",
+            "panda_link6/panda_joint7",
+            "PhysicsRevoluteJoint",
+        ),
         ("Robots/FrankaRobotics/FrankaPanda/franka.usd", "panda_link6/panda_joint7", "PhysicsRevoluteJoint"),
         ("Robots/FrankaRobotics/FrankaFR3/fr3.usd", "fr3_link6/fr3_joint7", "PhysicsRevoluteJoint"),
         ("Robots/Turtlebot/Turtlebot3/turtlebot3_burger.usd", "base_link/wheel_left_joint", "PhysicsRevoluteJoint"),
