@@ -6,10 +6,10 @@ from typing import Any
 
 from sensors.annotators.registry import register_annotator_spec, unregister_annotator_spec
 from sensors.camera.authoring import RtxCamera as OurRtxCamera
-from sensors.camera.depth_camera import SingleViewDepthCameraSensor
+from sensors.camera.depth_camera import SingleViewDepthCameraSensor as OurDepthCameraSensor
 from sensors.camera.sensor import CameraSensor as OurCameraSensor
-from sensors.camera.structured_light import StructuredLightCamera
-from sensors.camera.tiled_sensor import TiledCameraSensor
+from sensors.camera.structured_light import StructuredLightCamera as OurStructuredLightCamera
+from sensors.camera.tiled_sensor import TiledCameraSensor as OurTiledCameraSensor
 from sensors.configs import SUPPORTED_CAMERA_CONFIGS, SUPPORTED_LIDAR_CONFIGS
 from sensors.errors import SensorValueError
 from sensors.gmo import GenericModelOutput, parse_generic_model_output_data
@@ -184,7 +184,20 @@ class Radar(Wrapping, OurRadar):
         super().__init__(path, aux_output_level=aux_output_level, **options)
 
 
-class RtxCamera(Authoring, OurRtxCamera): ...
+class Lens:
+    """The lenses as scripts know them: `Camera` of `isaacsim.core.experimental.objects`."""
+
+    @property
+    def camera(self) -> Any:
+        from .camera_prims import Camera
+
+        return Camera(super().camera.paths)  # type: ignore[misc]
+
+
+class RtxCamera(Lens, Authoring, OurRtxCamera): ...
+
+
+class StructuredLightCamera(Lens, OurStructuredLightCamera): ...
 
 
 class Product:
@@ -227,9 +240,19 @@ class RadarSensor(Product, OurRadarSensor):
         return data_of(super().get_data(annotator, device), out)
 
 
-class CameraSensor(Product, OurCameraSensor):
+class CameraSensor(Lens, Product, OurCameraSensor):
     def get_data(self, annotator: str, out: Any = None) -> Any:
         return data_of(super().get_data(annotator), out)
+
+
+class SingleViewDepthCameraSensor(Lens, Product, OurDepthCameraSensor):
+    def get_data(self, annotator: str, out: Any = None) -> Any:
+        return data_of(super().get_data(annotator), out)
+
+
+class TiledCameraSensor(Lens, OurTiledCameraSensor):
+    def get_data(self, annotator: str, *, tiled: bool = False, out: Any = None) -> Any:
+        return data_of(super().get_data(annotator, tiled=tiled), out)
 
 
 def data_of(found: Any, out: Any) -> Any:

@@ -38,6 +38,24 @@ SNIPPETS = {
         "print('OmniSensorAPI' in prim.GetAppliedSchemas())\n",
         ["Camera 30.0", "True"],
     ),
+    "lenses of cameras and of their sensors": (
+        "from isaacsim.sensors.experimental.rtx import CameraSensor, RtxCamera, SingleViewDepthCameraSensor\n"
+        "from isaacsim.sensors.experimental.rtx import TiledCameraSensor\n"
+        "made = [RtxCamera(f'/World/camera_{n}', tick_rate=30.0) for n in range(2)]\n"
+        "made[0].camera.set_focal_lengths(24.0)\n"
+        "made[0].camera.set_clipping_ranges(0.01, 1000.0)\n"
+        "print(made[0].camera.get_focal_lengths().numpy()[0], made[0].prim.GetAttribute('focalLength').Get())\n"
+        "sensors = [CameraSensor(made[0], resolution=(48, 64), annotators=['rgb'])]\n"
+        "sensors += [SingleViewDepthCameraSensor(made[1], resolution=(48, 64), annotators=['distance_to_camera'])]\n"
+        "tiled = TiledCameraSensor('/World/camera_.*', resolution=(8, 8), annotators=['rgb'])\n"
+        "print([len(one.camera.get_focal_lengths().numpy()) for one in [*sensors, tiled]])\n"
+        "from isaacsim.core.experimental.utils import app as app_utils\n"
+        "app_utils.play()\n"
+        "await app_utils.update_app_async(steps=3)\n"
+        "print(tiled.get_data('rgb')[0].numpy().shape, tiled.get_data('rgb', tiled=True)[0].numpy().shape)\n"
+        "print(sensors[1].get_data('distance_to_camera')[0].numpy().shape)\n",
+        ["[24.] 240.0", "[1, 1, 2]", "(2, 8, 8, 3) (8, 16, 3)", "(48, 64, 1)"],
+    ),
     "a wait for whole updates": (
         "from isaacsim.core.experimental.utils import app as app_utils\n"
         "import omni.kit.app\n"
