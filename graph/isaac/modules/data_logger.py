@@ -53,7 +53,7 @@ class DataLogger:
 
         from graph.base.inputs import read_text
 
-        self._frames = json.loads(read_text(log_path, "file.bytes"))["Isaac Sim Data"]
+        self._frames = json.loads(read_text(log_path, "file.json"))["Isaac Sim Data"]
 
     def take(self, world: Any) -> None:
         """Logs a frame, if it is on."""

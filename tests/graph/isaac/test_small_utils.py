@@ -146,3 +146,25 @@ app.close()
     first, second = out.splitlines()
     assert first == "True True True True"
     assert "omni.kit.commands.execute" in second
+
+
+def test_a_data_logger_reads_what_it_saved(run_script, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = run_script(
+        """from isaacsim import SimulationApp
+app = SimulationApp()
+from isaacsim.core.api import World
+world = World()
+logger = world.get_data_logger()
+logger.add_data_frame_logging_func(lambda tasks, scene: {"seven": 7})
+world.reset()
+logger.start()
+for _ in range(3):
+    world.step()
+logger.save(log_path="./log.json")
+logger.reset()
+logger.load(log_path="./log.json")
+print(logger.get_data_frame(data_frame_index=2).data)
+"""
+    )
+    assert (code, out.strip()) == (0, "{'seven': 7}"), err
