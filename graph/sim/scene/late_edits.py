@@ -20,7 +20,7 @@ class LateEdits:
         self._stage = stage
         self._paths: dict[Any, None] = {}
         self._kept: Any = None
-        self._callback = self._note  # USD holds it weakly
+        self._callback: Any = self._note  # USD holds it weakly
         self._listener = Tf.Notice.Register(Usd.Notice.ObjectsChanged, self._callback, stage)
 
     def _note(self, notice: Any, sender: Any) -> None:
@@ -31,6 +31,7 @@ class LateEdits:
         from graph.sim.usd import Sdf
 
         self._listener.Revoke()
+        self._callback = None  # else this and its stage would wait for the garbage collector
         if self._paths:
             self._kept = Sdf.Layer.CreateAnonymous()
             self._kept.TransferContent(self._stage.GetEditTarget().GetLayer())
