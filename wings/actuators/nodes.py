@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from graph.base.records import dataclass
-from graph.node import Attribute, Database, node_type
+from graph.node import Attribute, Database, NodeAtLoad, node_type
+from graph.sim.scene.prim_paths import prim_at
 from nodes.isaac.articulation import robot_at
 
 if TYPE_CHECKING:
@@ -27,6 +29,18 @@ def _release(db: Database) -> None:
         db.memory.end = None
 
 
+def _check(node: NodeAtLoad) -> Iterator[tuple[str, str]]:
+    """Actuators below the robot that cannot be: without control, with wrong parameters, of neural networks."""
+    from .robot import actuator_of, actuator_prims
+
+    if "robotPath" in node.given:
+        for prim in actuator_prims(prim_at(node.stage, str(node.db.inputs.robotPath))):
+            try:
+                actuator_of(prim)
+            except (ValueError, NotImplementedError) as error:
+                yield "robotPath", str(error)
+
+
 @node_type(
     "isaacsim.core.experimental.actuators.ArticulationActuators",
     version=1,
@@ -43,6 +57,7 @@ def _release(db: Database) -> None:
         "dofIndices": Attribute("int[]", "the joints that get it, by number; empty means all"),
     },
     memory=_Driven,
+    check=_check,
     release=_release,
 )
 def articulation_actuators(db: Database) -> bool:

@@ -108,6 +108,11 @@ def _authored(prim: Any, name: str) -> Any:
     return attribute.Get() if attribute and attribute.HasAuthoredValue() else None
 
 
+def actuator_prims(root: Any) -> list[Any]:
+    """The prims of actuators below a robot's root; none for an invalid prim."""
+    return [prim for prim in Usd.PrimRange(root) if prim.GetTypeName() == PRIM_TYPE] if root else []
+
+
 def actuators_below(root: Any, joints: Sequence[str]) -> dict[int, Actuator]:
     """The actuators of the prims below a robot's root, by the numbers of their joints.
 
@@ -115,9 +120,7 @@ def actuators_below(root: Any, joints: Sequence[str]) -> dict[int, Actuator]:
     """
     found: dict[int, Actuator] = {}
     owners: dict[str, Any] = {}
-    for prim in Usd.PrimRange(root) if root else ():
-        if prim.GetTypeName() != PRIM_TYPE:
-            continue
+    for prim in actuator_prims(root):
         relationship = prim.GetRelationship("newton:targets")
         targets = [str(path) for path in relationship.GetTargets()] if relationship else []
         if not targets:

@@ -3,7 +3,11 @@
 import pytest
 
 from graph import ComputeError
+from graph.files import loads
+from graph.node import registry
+from graph.session.open import build_parts
 from graph.testing import run_node
+from nodes.catalog.example import example
 from tests.support.fixed_robots import define_base, define_joint
 
 ROOT = "/World/Robot"
@@ -104,3 +108,9 @@ def test_a_stop_gives_the_drive_back(robot):
 def test_what_cannot_work_is_refused_in_a_line(robot, actuators, inputs, said):
     with pytest.raises(ComputeError, match=said):
         run(robot(*actuators), 1, **inputs)
+
+
+def test_an_actuator_that_cannot_be_is_told_before_a_run():
+    text = example(registry.get("ArticulationActuators")).replace("NewtonPDControlAPI", "NewtonNeuralControlAPI")
+    (problem,) = build_parts(loads(text)).problems
+    assert "neural networks do not run here; use PD or PID control" in problem.message
